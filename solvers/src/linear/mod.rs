@@ -1,0 +1,214 @@
+//! Linear systems `A x = b`.
+//!
+//! A [`Tangent`] is first an *action* `v ↦ A v`; sparse entries on a pattern that never changes are a
+//! capability it may have. A [`LinearSolver`] is prepared (analysed once per pattern, factored when
+//! told) and then solves any number of right-hand sides; it checks every solution against the
+//! operator itself and never returns one that is not finite or not accurate.
+//!
+//! Keeping an old factor is not a mode: it is simply not calling [`LinearSolver::prepare`].
+
+mod sparse;
+
+use std::sync::Arc;
+
+pub use sparse::{SparseMatrix, SparsePattern};
+
+/// What is known about the symmetry of an operator, by construction (not by inspection).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Symmetry {
+    /// Symmetric, and positive definite as long as the solution is stable.
+    PositiveDefinite,
+    /// Symmetric, possibly indefinite.
+    Symmetric,
+    /// Not symmetric.
+    General,
+}
+
+/// A linear operator on flat vectors: the derivative of a residual at a frozen point.
+pub trait Tangent: Sync {
+    /// Number of rows and columns.
+    fn size(&self) -> usize;
+
+    /// Symmetry that holds by construction.
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::General
+    }
+
+    /// `out = A v`, without entries. Both have [`size`](Self::size) entries.
+    fn apply(&self, v: &[f64], out: &mut [f64]);
+
+    /// The pattern of the entries, if the operator can deliver entries; the same `Arc` for the whole
+    /// life of the operator, so that a solver knows when its analysis is still good.
+    fn pattern(&self) -> Option<&Arc<SparsePattern>> {
+        None
+    }
+
+    /// Writes the entries in the order of [`pattern`](Self::pattern).
+    ///
+    /// Called only when there is a pattern. Not finite entries are the caller's to detect.
+    fn fill(&self, values: &mut [f64]) {
+        let _ = values;
+    }
+
+    /// Boundaries of the diagonal blocks of unknowns that belong together (for block Jacobi):
+    /// block `i` is `blocks[i]..blocks[i + 1]`. Empty: every unknown is its own block.
+    fn blocks(&self) -> &[usize] {
+        &[]
+    }
+
+    /// A sparser operator close to this one, as material for a preconditioner (the coupling between
+    /// direct neighbours only, say).
+    fn sparser(&self) -> Option<&dyn Tangent> {
+        None
+    }
+}
+
+/// Counters of the work a linear solver has done since it was built.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct LinearCounts {
+    /// Symbolic analyses of a pattern.
+    pub analyses: usize,
+    /// Numeric factorisations (of the matrix or of a preconditioner).
+    pub factorisations: usize,
+    /// Right-hand sides solved.
+    pub solves: usize,
+    /// Iterations of an iterative method, including iterative refinement.
+    pub iterations: usize,
+}
+
+/// How a solver describes itself once prepared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearSolverInfo {
+    /// Name in words (`"sparse LU (faer)"`, `"GMRES(30) + ILU(0)"`).
+    pub name: String,
+    /// Number of unknowns of the last prepared operator.
+    pub unknowns: usize,
+    /// Stored entries of the operator (0 if matrix-free).
+    pub entries: usize,
+    /// Stored entries of the factor or preconditioner.
+    pub fill: usize,
+    /// Threads used inside the solver.
+    pub threads: usize,
+}
+
+/// What one solve did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearReport {
+    /// Iterations (0 for a direct solve without refinement).
+    pub iterations: usize,
+    /// `‖b − A x‖ / ‖b‖`, computed from the operator itself.
+    pub relative_residual: f64,
+}
+
+/// Why a linear solve failed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LinearError {
+    /// The solver needs entries and the operator has none.
+    #[error("{solver} needs matrix entries, but the operator is matrix-free: choose a Krylov solver")]
+    NeedsEntries {
+        /// The solver that was asked.
+        solver: String,
+    },
+    /// A symmetric solver was given an operator that is not.
+    #[error("{solver} needs a symmetric matrix, but this one is not: choose LU, GMRES or BiCGStab")]
+    NeedsSymmetry {
+        /// The solver that was asked.
+        solver: String,
+    },
+    /// An entry of the matrix is NaN or infinite.
+    #[error("matrix entry in row {row} is not finite")]
+    EntryNotFinite {
+        /// Row of the entry.
+        row: usize,
+    },
+    /// The right-hand side is NaN or infinite.
+    #[error("right-hand side entry {row} is not finite")]
+    RightHandSideNotFinite {
+        /// Index of the entry.
+        row: usize,
+    },
+    /// Structurally or numerically singular.
+    #[error("matrix is singular{}", unknown.map(|u| format!(" at unknown {u}")).unwrap_or_default())]
+    Singular {
+        /// The unknown whose pivot vanished, if known.
+        unknown: Option<usize>,
+    },
+    /// A pivot or a curvature `vᵀAv` is negative where a positive definite matrix was promised.
+    #[error("matrix is not positive definite (curvature {value:e}){}", unknown.map(|u| format!(" at unknown {u}")).unwrap_or_default())]
+    NotPositiveDefinite {
+        /// The unknown whose pivot was negative, if known.
+        unknown: Option<usize>,
+        /// The negative curvature or pivot.
+        value: f64,
+    },
+    /// A direct solve whose residual stays too large after refinement.
+    #[error("direct solve is inaccurate: relative residual {relative_residual:e}")]
+    Inaccurate {
+        /// Residual reached.
+        relative_residual: f64,
+    },
+    /// The iteration limit was reached.
+    #[error("no convergence in {iterations} iterations: relative residual {relative_residual:e}")]
+    IterationLimit {
+        /// Iterations done.
+        iterations: usize,
+        /// Best residual reached.
+        relative_residual: f64,
+    },
+    /// The method broke down (division by a vanishing product).
+    #[error("iteration broke down after {iterations} iterations: relative residual {relative_residual:e}")]
+    Breakdown {
+        /// Iterations done.
+        iterations: usize,
+        /// Residual at the break-down.
+        relative_residual: f64,
+    },
+    /// A vector has the wrong length.
+    #[error("vector of length {found} where {expected} was expected")]
+    WrongLength {
+        /// Size of the operator.
+        expected: usize,
+        /// Length given.
+        found: usize,
+    },
+    /// `solve` was called before a successful `prepare`.
+    #[error("the solver has not been prepared")]
+    NotPrepared,
+    /// The sparse factorisation ran out of memory or failed in a way that has no better name.
+    #[error("factorisation failed: {reason}")]
+    Factorisation {
+        /// What the factorisation reported.
+        reason: String,
+    },
+}
+
+/// Solves `A x = b` for one operator after another.
+pub trait LinearSolver: Send {
+    /// Name, size, fill and threads of the last prepared operator.
+    fn info(&self) -> LinearSolverInfo;
+
+    /// Work done since the solver was built.
+    fn counts(&self) -> LinearCounts;
+
+    /// Takes the operator at its present values: analyses the pattern if it is new, then factors (or
+    /// builds the preconditioner).
+    ///
+    /// # Errors
+    /// [`LinearError`] if the operator does not suit the solver, is not finite, or is singular.
+    fn prepare(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError>;
+
+    /// Solves `A x = b` to `‖b − A x‖ ≤ tolerance ‖b‖`, with the factor or preconditioner of the last
+    /// [`prepare`](Self::prepare); `tangent` may have moved on since (a stale factor is then a
+    /// preconditioner for the present operator). `x` holds nothing on entry.
+    ///
+    /// # Errors
+    /// [`LinearError`]; `x` is then unspecified but never to be used.
+    fn solve(
+        &mut self,
+        tangent: &dyn Tangent,
+        b: &[f64],
+        x: &mut [f64],
+        tolerance: f64,
+    ) -> Result<LinearReport, LinearError>;
+}
