@@ -1,1 +1,4 @@
-//! x
+//! Implicit-first Total Lagrangian SPH.
+
+pub mod expression;
+pub mod setup;

@@ -1,0 +1,216 @@
+//! A validated problem: what a scene file describes once every selector has been applied and every
+//! expression evaluated that can be. The seam between reading scenes and computing with them.
+//!
+//! Particles are numbered through all bodies, body after body. SI units; `D = 2` is plane strain per
+//! unit thickness, `D = 1` uniaxial strain per unit cross-section.
+
+use std::ops::Range;
+
+use nalgebra::SVector;
+
+use crate::expression::Expression;
+
+/// A problem ready to be discretised.
+#[derive(Debug, Clone)]
+pub struct Setup<const D: usize> {
+    /// Title of the scene.
+    pub title: String,
+    /// Bodies, in order of their particles. Bodies do not interact.
+    pub bodies: Vec<Body>,
+    /// The particles of all bodies.
+    pub particles: Particles<D>,
+    /// Kind of motion of every component of every particle.
+    pub constraints: Vec<[Constraint; D]>,
+    /// Prescribed displacements that [`Constraint::Moving`] refers to, m.
+    pub motions: Vec<Expression>,
+    /// Loads on boundary areas.
+    pub tractions: Vec<Traction<D>>,
+    /// Uniform acceleration, m/s².
+    pub gravity: SVector<f64, D>,
+    /// Further acceleration as a field of `X, Y, Z, t`, m/s²; absent if zero.
+    pub body_force: Option<[Expression; D]>,
+    /// State at `t = 0`.
+    pub initial: InitialState<D>,
+    /// Upwind stabilisation; absent if every coefficient is zero.
+    pub stabilisation: Option<Stabilisation>,
+    /// Places whose motion is recorded.
+    pub probes: Vec<Probe<D>>,
+    /// Exact solution to compare with at the end.
+    pub exact: Option<ExactSolution<D>>,
+}
+
+/// One body: a range of particles with one material and one kernel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// Name from the scene, or `body 1`.
+    pub name: String,
+    /// Its particles.
+    pub particles: Range<usize>,
+    /// Distance of neighbouring particles, m (the nominal one for a point list).
+    pub spacing: f64,
+    /// Kernel.
+    pub kernel: KernelChoice,
+    /// Smoothing length divided by spacing.
+    pub smoothing: f64,
+    /// Which weights the gradient sums use.
+    pub weights: WeightChoice,
+    /// Constitutive law.
+    pub material: MaterialChoice,
+    /// Which cofactor the volumetric laws use.
+    pub cofactor: CofactorChoice,
+}
+
+/// Reference configuration of the particles.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Particles<const D: usize> {
+    /// Reference positions, m.
+    pub positions: Vec<SVector<f64, D>>,
+    /// Quadrature volumes of the weak form, m^D: they add up to the volume of the body and carry
+    /// mass, energy and force.
+    pub volumes: Vec<f64>,
+    /// Weights inside the kernel sums of the gradient, m^D: the local particle spacing, without the
+    /// halving at boundaries (equal on a lattice).
+    pub kernel_volumes: Vec<f64>,
+    /// Pieces of the boundary, each attributed to one particle.
+    pub faces: Vec<Face<D>>,
+}
+
+/// A piece of boundary.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Face<const D: usize> {
+    /// The particle that carries it.
+    pub particle: usize,
+    /// Outward unit normal.
+    pub normal: SVector<f64, D>,
+    /// Area, m^(D−1) (1 in one dimension).
+    pub area: f64,
+}
+
+/// Kind of motion of one component of one particle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Constraint {
+    /// Follows from the equations of motion.
+    #[default]
+    Free,
+    /// Keeps its initial position.
+    Fixed,
+    /// Displacement prescribed by [`Setup::motions`] at this index.
+    Moving(usize),
+}
+
+/// A load per area, on pieces of boundary.
+#[derive(Debug, Clone)]
+pub struct Traction<const D: usize> {
+    /// Name for messages.
+    pub name: String,
+    /// Particles and areas, m^(D−1).
+    pub areas: Vec<(usize, f64)>,
+    /// Components as fields of `X, Y, Z, t`, Pa (per reference area, fixed direction).
+    pub value: [Expression; D],
+}
+
+/// State at `t = 0`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InitialState<const D: usize> {
+    /// Displacement, m.
+    pub displacement: Vec<SVector<f64, D>>,
+    /// Velocity, m/s.
+    pub velocity: Vec<SVector<f64, D>>,
+    /// Pressure, Pa (positive in compression); `None`: the volume ratio starts as `det F`.
+    pub pressure: Option<Vec<f64>>,
+}
+
+/// Smoothing kernel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum KernelChoice {
+    /// Cubic spline, support 2h.
+    CubicSpline,
+    /// Wendland C2, support 2h.
+    WendlandC2,
+    /// Quintic spline, support 3h.
+    QuinticSpline,
+}
+
+/// Origin of the gradient weights (formulation, section 2).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WeightChoice {
+    /// Equal weights in the kernel sums, quadrature volumes in the weak form: second order in 1D.
+    Separate,
+    /// One array for both, as in document 004: first order.
+    Single,
+    /// Corrected so that constant stress is balanced by its boundary traction.
+    Balanced,
+}
+
+/// Cofactor in the volumetric laws and in the rate of J.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CofactorChoice {
+    /// `H = cof F`.
+    Geometric,
+    /// `H = J F⁻ᵀ` with the evolved J, as printed in document 004.
+    Evolved,
+}
+
+/// Constitutive law with its parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum MaterialChoice {
+    /// ψ = κ(J−1)²/2.
+    LinearVolumetric {
+        /// Reference density, kg/m³.
+        density: f64,
+        /// Bulk modulus κ, Pa.
+        bulk_modulus: f64,
+    },
+    /// ψ = κ(J−1−(J^{1−γ}−1)/(1−γ)).
+    HyperelasticVolumetric {
+        /// Reference density, kg/m³.
+        density: f64,
+        /// Bulk modulus κ, Pa.
+        bulk_modulus: f64,
+        /// Exponent γ ≥ 1.
+        exponent: f64,
+    },
+}
+
+/// Upwind stabilisation (formulation, section 4).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stabilisation {
+    /// Coefficient of D_v; 0 switches the term off.
+    pub tau_v: f64,
+    /// Coefficient of D_p; 0 switches the term off.
+    pub tau_p: f64,
+    /// Wave speed: `c⁰/√λ_min(FᵀF)` if true, `c⁰` if false.
+    pub deformed_wave_speed: bool,
+    /// Corrected average gradient (as the source) instead of the plain kernel gradient, which alone
+    /// is provably dissipative.
+    pub corrected_gradient: bool,
+    /// Interface states by linear reconstruction instead of constant.
+    pub reconstructed: bool,
+    /// Jump of the full stress `P⁺ − P⁻` (as the source) in D_p instead of the pressure jump with the
+    /// average cofactor, which alone is provably dissipative.
+    pub stress_jump: bool,
+}
+
+/// A place whose motion is recorded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Probe<const D: usize> {
+    /// Name, used in column titles.
+    pub name: String,
+    /// Reference position, m.
+    pub position: SVector<f64, D>,
+    /// The body it belongs to.
+    pub body: usize,
+    /// `Some(particle)`: record this particle; `None`: interpolate at the position with the kernel.
+    pub particle: Option<usize>,
+}
+
+/// Exact solution as fields of `X, Y, Z, t`.
+#[derive(Debug, Clone, Default)]
+pub struct ExactSolution<const D: usize> {
+    /// Displacement, m.
+    pub displacement: Option<[Expression; D]>,
+    /// Velocity, m/s.
+    pub velocity: Option<[Expression; D]>,
+    /// Pressure, Pa.
+    pub pressure: Option<Expression>,
+}
