@@ -1,0 +1,215 @@
+//! Who is within whose support: a cell-list search in the reference configuration.
+//!
+//! No cap on the number of neighbours. Symmetric by construction: the test on `|X_b − X_a|²` gives
+//! the same bits for (a, b) and (b, a). A particle is its own neighbour. Rows are in owner order with
+//! ascending neighbours, so every sum over neighbours has a fixed order.
+
+use rayon::prelude::*;
+
+use crate::tensor::Vector;
+
+/// Neighbour lists in compressed rows.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Neighbourhood {
+    offsets: Vec<usize>,
+    neighbours: Vec<u32>,
+    twins: Vec<u32>,
+}
+
+impl Neighbourhood {
+    /// Finds all pairs closer than `radius[body]`, within each body. Bodies are ranges of particles
+    /// that together cover all positions; particles of different bodies never interact.
+    pub fn search<const D: usize>(positions: &[Vector<D>], bodies: &[(std::ops::Range<usize>, f64)]) -> Self {
+        let mut rows: Vec<Vec<u32>> = Vec::with_capacity(positions.len());
+        for (range, radius) in bodies {
+            // Pairs exactly at the edge of the support have weight zero; rounding must not decide
+            // over them.
+            let reach = radius * (1.0 - 1e-9);
+            rows.extend(search_body(positions, range.clone(), reach));
+        }
+        Self::from_rows(&rows)
+    }
+
+    fn from_rows(rows: &[Vec<u32>]) -> Self {
+        let mut offsets = Vec::with_capacity(rows.len() + 1);
+        offsets.push(0);
+        let mut neighbours = Vec::with_capacity(rows.iter().map(Vec::len).sum());
+        for row in rows {
+            neighbours.extend_from_slice(row);
+            offsets.push(neighbours.len());
+        }
+        let twins = (0..rows.len())
+            .into_par_iter()
+            .flat_map_iter(|a| {
+                let (offsets, neighbours) = (&offsets, &neighbours);
+                neighbours[offsets[a]..offsets[a + 1]].iter().map(move |&b| {
+                    let start = offsets[b as usize];
+                    let row = &neighbours[start..offsets[b as usize + 1]];
+                    // The search is symmetric, so the partner is always found.
+                    (start + row.partition_point(|&c| (c as usize) < a)) as u32
+                })
+            })
+            .collect();
+        Self { offsets, neighbours, twins }
+    }
+
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.offsets.len().saturating_sub(1)
+    }
+
+    /// Whether there is no particle.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number of ordered pairs, self-pairs included.
+    pub fn pairs(&self) -> usize {
+        self.neighbours.len()
+    }
+
+    /// Entries of the row of particle `a`.
+    pub fn row(&self, a: usize) -> std::ops::Range<usize> {
+        self.offsets[a]..self.offsets[a + 1]
+    }
+
+    /// The neighbour of an entry.
+    pub fn neighbour(&self, entry: usize) -> usize {
+        self.neighbours[entry] as usize
+    }
+
+    /// Neighbours of particle `a`, itself included, ascending.
+    pub fn of(&self, a: usize) -> &[u32] {
+        &self.neighbours[self.row(a)]
+    }
+
+    /// The entry `(b, a)` that belongs to the entry `(a, b)`.
+    pub fn twin(&self, entry: usize) -> usize {
+        self.twins[entry] as usize
+    }
+
+    /// Entry of a particle with itself.
+    pub fn own_entry(&self, a: usize) -> usize {
+        self.offsets[a] + self.of(a).partition_point(|&c| (c as usize) < a)
+    }
+
+    /// Every particle reached through the neighbours of `a`'s neighbours, ascending, itself included:
+    /// the row of the displacement tangent.
+    pub fn two_ring(&self, a: usize) -> Vec<u32> {
+        let mut ring: Vec<u32> = self.of(a).iter().flat_map(|&b| self.of(b as usize).iter().copied()).collect();
+        ring.sort_unstable();
+        ring.dedup();
+        ring
+    }
+}
+
+/// Cell-list search of one body.
+fn search_body<const D: usize>(positions: &[Vector<D>], range: std::ops::Range<usize>, reach: f64) -> Vec<Vec<u32>> {
+    let points = &positions[range.clone()];
+    if points.is_empty() {
+        return Vec::new();
+    }
+    let mut lower = points[0];
+    let mut upper = points[0];
+    for p in points {
+        lower = lower.inf(p);
+        upper = upper.sup(p);
+    }
+    // Cells no smaller than the reach, and no more cells than particles need.
+    let longest = (upper - lower).max();
+    let cell = reach.max(longest / 1024.0).max(f64::MIN_POSITIVE);
+    let counts: [usize; D] = std::array::from_fn(|i| ((upper[i] - lower[i]) / cell) as usize + 1);
+    let index_of = |p: &Vector<D>| -> [usize; D] {
+        std::array::from_fn(|i| (((p[i] - lower[i]) / cell) as usize).min(counts[i] - 1))
+    };
+    let flat = |index: [usize; D]| (0..D).rev().fold(0, |flat, i| flat * counts[i] + index[i]);
+
+    let total: usize = counts.iter().product();
+    let mut starts = vec![0usize; total + 1];
+    let cells: Vec<usize> = points.iter().map(|p| flat(index_of(p))).collect();
+    for &c in &cells {
+        starts[c + 1] += 1;
+    }
+    for c in 0..total {
+        starts[c + 1] += starts[c];
+    }
+    let mut next = starts.clone();
+    let mut members = vec![0u32; points.len()];
+    for (i, &c) in cells.iter().enumerate() {
+        members[next[c]] = i as u32;
+        next[c] += 1;
+    }
+
+    points
+        .par_iter()
+        .map(|p| {
+            let centre = index_of(p);
+            let mut row = Vec::new();
+            for step in 0..3usize.pow(D as u32) {
+                let mut rest = step;
+                let mut index = [0usize; D];
+                let mut inside = true;
+                for i in 0..D {
+                    let shifted = centre[i] + rest % 3;
+                    rest /= 3;
+                    inside &= shifted >= 1 && shifted <= counts[i];
+                    index[i] = shifted.wrapping_sub(1);
+                }
+                if !inside {
+                    continue;
+                }
+                let c = flat(index);
+                for &m in &members[starts[c]..starts[c + 1]] {
+                    if (points[m as usize] - p).norm_squared() < reach * reach {
+                        row.push(range.start as u32 + m);
+                    }
+                }
+            }
+            row.sort_unstable();
+            row
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cloud(n: usize) -> Vec<Vector<2>> {
+        (0..n)
+            .map(|i| {
+                let s = i as f64;
+                Vector::<2>::new((s * 0.754_877_666).fract(), (s * 0.569_840_290_9).fract())
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_search_finds_exactly_the_pairs_of_a_direct_test() {
+        let points = cloud(400);
+        let table = Neighbourhood::search(&points, &[(0..250, 0.13), (250..400, 0.2)]);
+        for a in 0..400 {
+            let (body, reach) = if a < 250 { (0..250, 0.13) } else { (250..400, 0.2) };
+            let expected: Vec<u32> =
+                body.filter(|&b| (points[b] - points[a]).norm() < reach * (1.0 - 1e-9)).map(|b| b as u32).collect();
+            assert_eq!(table.of(a), expected);
+            assert_eq!(table.neighbour(table.own_entry(a)), a);
+            for k in table.row(a) {
+                assert_eq!(table.neighbour(table.twin(k)), a);
+                assert!(table.row(table.neighbour(k)).contains(&table.twin(k)));
+            }
+        }
+    }
+
+    #[test]
+    fn ring_sizes_match_the_known_table_for_lattices() {
+        // benchmarks.md: support 2.4 spacings: 21 and 69 in 2D; support 2: 9 and 25.
+        let points: Vec<Vector<2>> = (0..15 * 15).map(|i| Vector::<2>::new((i % 15) as f64, (i / 15) as f64)).collect();
+        let centre = 7 * 15 + 7;
+        for (support, one, two) in [(2.0, 9, 25), (2.4, 21, 69), (3.0, 25, 81)] {
+            let table = Neighbourhood::search(&points, &[(0..points.len(), support)]);
+            assert_eq!(table.of(centre).len(), one);
+            assert_eq!(table.two_ring(centre).len(), two);
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! Constitutive laws.
+//!
+//! A volumetric law is a function of the volume ratio J alone: energy density `ψ(J)`, pressure
+//! `p = −dψ/dJ` (positive in compression), and its slope. The stress is `P = −p H` with the cofactor
+//! H. Printed (3.12) of document 004 has the opposite sign of p next to "negative is compression";
+//! everywhere else compression is positive, as here.
+//!
+//! To add a law: one file with the five functions, one arm in [`Material`], one in
+//! [`MaterialChoice`], one row in the shared test table below.
+
+mod hyperelastic_volumetric;
+mod linear_volumetric;
+
+pub use hyperelastic_volumetric::HyperelasticVolumetric;
+pub use linear_volumetric::LinearVolumetric;
+
+use crate::setup::MaterialChoice;
+
+/// A constitutive law with its parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Material {
+    /// See [`LinearVolumetric`].
+    LinearVolumetric(LinearVolumetric),
+    /// See [`HyperelasticVolumetric`].
+    HyperelasticVolumetric(HyperelasticVolumetric),
+}
+
+impl From<MaterialChoice> for Material {
+    fn from(choice: MaterialChoice) -> Self {
+        match choice {
+            MaterialChoice::LinearVolumetric { density, bulk_modulus } => {
+                Self::LinearVolumetric(LinearVolumetric { density, bulk_modulus })
+            }
+            MaterialChoice::HyperelasticVolumetric { density, bulk_modulus, exponent } => {
+                Self::HyperelasticVolumetric(HyperelasticVolumetric { density, bulk_modulus, exponent })
+            }
+        }
+    }
+}
+
+macro_rules! delegate {
+    ($self:ident, $law:ident => $body:expr) => {
+        match $self {
+            Material::LinearVolumetric($law) => $body,
+            Material::HyperelasticVolumetric($law) => $body,
+        }
+    };
+}
+
+impl Material {
+    /// Reference density, kg/m³.
+    pub fn density(&self) -> f64 {
+        delegate!(self, law => law.density)
+    }
+
+    /// Speed of pressure waves at rest, m/s.
+    pub fn wave_speed(&self) -> f64 {
+        delegate!(self, law => law.wave_speed())
+    }
+
+    /// Energy density `ψ(J)`, J/m³. NaN or infinite outside the domain.
+    pub fn energy(&self, j: f64) -> f64 {
+        delegate!(self, law => law.energy(j))
+    }
+
+    /// Pressure `p(J) = −dψ/dJ`, Pa.
+    pub fn pressure(&self, j: f64) -> f64 {
+        delegate!(self, law => law.pressure(j))
+    }
+
+    /// Slope `dp/dJ`, Pa.
+    pub fn pressure_slope(&self, j: f64) -> f64 {
+        delegate!(self, law => law.pressure_slope(j))
+    }
+
+    /// The volume ratio at a given pressure; `None` if the law cannot reach it.
+    pub fn volume_ratio_at(&self, pressure: f64) -> Option<f64> {
+        delegate!(self, law => law.volume_ratio_at(pressure))
+    }
+
+    /// Whether the law needs `J > 0` and `det F > 0`.
+    pub fn needs_positive_volume(&self) -> bool {
+        matches!(self, Self::HyperelasticVolumetric(_))
+    }
+
+    /// Whether the pressure is linear in J.
+    pub fn is_linear(&self) -> bool {
+        matches!(self, Self::LinearVolumetric(_))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn table() -> Vec<Material> {
+        let hyperelastic = |exponent| {
+            Material::HyperelasticVolumetric(HyperelasticVolumetric { density: 900.0, bulk_modulus: 2e4, exponent })
+        };
+        vec![
+            Material::LinearVolumetric(LinearVolumetric { density: 1000.0, bulk_modulus: 1e6 }),
+            hyperelastic(1.0),
+            hyperelastic(1.4),
+            hyperelastic(7.0),
+        ]
+    }
+
+    #[test]
+    fn pressure_and_slope_are_derivatives_of_the_energy() {
+        for law in table() {
+            for j in [0.6, 0.9, 1.0, 1.2, 2.0] {
+                let h = 1e-6;
+                let scale = law.density() * law.wave_speed().powi(2);
+                let p = -(law.energy(j + h) - law.energy(j - h)) / (2.0 * h);
+                assert_relative_eq!(law.pressure(j) / scale, p / scale, epsilon = 1e-7);
+                let slope = (law.pressure(j + h) - law.pressure(j - h)) / (2.0 * h);
+                assert_relative_eq!(law.pressure_slope(j) / scale, slope / scale, epsilon = 1e-6, max_relative = 1e-7);
+            }
+            assert_eq!(law.energy(1.0), 0.0);
+            assert_eq!(law.pressure(1.0), 0.0);
+            let c2 = -law.pressure_slope(1.0) / law.density();
+            assert_relative_eq!(c2.sqrt(), law.wave_speed(), max_relative = 1e-14);
+        }
+    }
+
+    #[test]
+    fn volume_ratio_inverts_the_pressure() {
+        for law in table() {
+            for j in [0.7, 1.0, 1.3] {
+                assert_relative_eq!(law.volume_ratio_at(law.pressure(j)).expect("reachable"), j, epsilon = 1e-12);
+            }
+        }
+        // A hyperelastic fluid cannot be pulled below −κ.
+        assert_eq!(table()[3].volume_ratio_at(-3e4), None);
+    }
+}

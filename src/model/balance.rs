@@ -1,0 +1,135 @@
+//! Energies, dissipation and momenta of a state.
+
+use rayon::prelude::*;
+
+use nicolson_solvers::EvaluationError;
+
+use super::Model;
+use super::evaluation::VolumeRatios;
+use crate::setup::Constraint;
+use crate::tensor::Vector;
+
+/// Energies of a state, J (per thickness in 2D, per area in 1D).
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Energies {
+    /// `Σ ½ m v²`.
+    pub kinetic: f64,
+    /// `Σ V ψ(J)`.
+    pub internal: f64,
+}
+
+/// Sums over particles in chunks of this length, in order: independent of the number of threads.
+const CHUNK: usize = 1024;
+
+impl<const D: usize> Model<D> {
+    /// Sum over particles whose bits do not depend on the number of threads.
+    fn sum<T: Send + std::iter::Sum<T>>(&self, term: impl Fn(usize) -> T + Sync) -> T {
+        let n = self.particles();
+        let chunks: Vec<T> = (0..n.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| (chunk * CHUNK..((chunk + 1) * CHUNK).min(n)).map(&term).sum())
+            .collect();
+        chunks.into_iter().sum()
+    }
+
+    fn velocity(&self, state: &[f64], a: usize) -> Vector<D> {
+        let start = (self.particles() + a) * D;
+        Vector::from_column_slice(&state[start..start + D])
+    }
+
+    /// Kinetic and internal energy.
+    pub fn energies(&self, state: &[f64]) -> Energies {
+        let ratios = self.volume_ratios(state);
+        Energies {
+            kinetic: self.sum(|a| 0.5 * self.masses[a] * self.velocity(state, a).norm_squared()),
+            internal: self.sum(|a| self.setup.particles.volumes[a] * self.material(a).energy(ratios[a])),
+        }
+    }
+
+    /// Linear momentum `Σ m v`, kg m/s.
+    pub fn linear_momentum(&self, state: &[f64]) -> Vector<D> {
+        self.sum(|a| self.velocity(state, a) * self.masses[a])
+    }
+
+    /// Angular momentum `Σ x × m v` about the origin, kg m²/s: (x, y, z) components, of which 2D has
+    /// the last only and 1D none.
+    pub fn angular_momentum(&self, state: &[f64]) -> [f64; 3] {
+        let coordinates = crate::tensor::coordinates::<D>;
+        let total = self.sum(|a| {
+            let x = coordinates(&self.position(state, a));
+            let p = coordinates(&(self.velocity(state, a) * self.masses[a]));
+            nalgebra::Vector3::from(x).cross(&nalgebra::Vector3::from(p))
+        });
+        total.into()
+    }
+
+    /// Whether any load or constraint exchanges momentum with the surroundings.
+    pub fn is_free(&self) -> bool {
+        !self.loads.any() && self.setup.constraints.iter().flatten().all(|c| *c == Constraint::Free)
+    }
+
+    /// Whether any component follows a prescribed motion.
+    pub fn has_moving_constraints(&self) -> bool {
+        self.setup.constraints.iter().flatten().any(|c| matches!(c, Constraint::Moving(_)))
+    }
+
+    /// Whether any load acts.
+    pub fn has_loads(&self) -> bool {
+        self.loads.any()
+    }
+
+    /// Loads at time `t` on all particles, N, flat.
+    ///
+    /// # Errors
+    /// If an expression gives a value that is not finite.
+    pub fn loads_at(&mut self, t: f64, out: &mut Vec<f64>) -> Result<(), EvaluationError> {
+        self.loads.update(&self.setup, &self.masses, t).map_err(|e| self.located(e))?;
+        out.clear();
+        for a in 0..self.particles() {
+            out.extend(self.loads.on(a).iter());
+        }
+        Ok(())
+    }
+
+    /// Forces of all terms on all particles at a state, loads included, N, flat.
+    ///
+    /// # Errors
+    /// If the state is outside the domain of the law.
+    pub fn forces_at(&mut self, t: f64, state: &[f64], out: &mut Vec<f64>) -> Result<(), EvaluationError> {
+        self.evaluate_state(t, state)?;
+        out.clear();
+        for point in &self.workspace.points {
+            out.extend(point.force.iter());
+        }
+        Ok(())
+    }
+
+    /// Power that the upwinding takes out, W: `−Σ v·V D_v + Σ V p D_p`. Zero without stabilisation.
+    ///
+    /// # Errors
+    /// If the state is outside the domain of the law.
+    pub fn dissipation(&mut self, t: f64, state: &[f64]) -> Result<f64, EvaluationError> {
+        if self.upwind.is_none() {
+            return Ok(0.0);
+        }
+        self.evaluate_state(t, state)?;
+        Ok(self.sum(|a| {
+            let (force, rate) = self.workspace.pairs[a];
+            let volume = self.setup.particles.volumes[a];
+            self.workspace.points[a].pressure * volume * rate - self.velocity(state, a).dot(&force)
+        }))
+    }
+
+    fn evaluate_state(&mut self, t: f64, state: &[f64]) -> Result<(), EvaluationError> {
+        let n = self.particles();
+        self.stage.evaluated.clear();
+        let (displacement, rest) = state.split_at(n * D);
+        let (velocity, ratios) = rest.split_at(n * D);
+        self.evaluate(t, displacement, velocity, VolumeRatios::Given(ratios))
+    }
+
+    /// Pressure of every particle, Pa.
+    pub fn pressures(&self, state: &[f64]) -> Vec<f64> {
+        self.volume_ratios(state).iter().enumerate().map(|(a, j)| self.material(a).pressure(*j)).collect()
+    }
+}

@@ -1,0 +1,167 @@
+//! From a set-up to a model: everything that happens once per run.
+
+use nicolson_solvers::time::System;
+
+use super::evaluation::Workspace;
+use super::linearisation::Linearisation;
+use super::loads::Loads;
+use super::stage::Stage;
+use super::unknowns::{Numbering, Unknowns};
+use super::{Clocks, Model, Terms};
+use crate::discretisation::{DiscretisationError, Gradient, describe_particle};
+use crate::material::Material;
+use crate::setup::{CofactorChoice, Constraint, Setup};
+use crate::stabilisation::Upwind;
+use crate::tensor::{Tensor, determinant};
+
+/// Why a set-up cannot become a model.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// The cloud of particles cannot be discretised.
+    #[error(transparent)]
+    Discretisation(#[from] DiscretisationError),
+    /// The initial state is impossible.
+    #[error("initial state: {place}: {reason}; {remedy}")]
+    InitialState {
+        /// The particle, in words.
+        place: String,
+        /// What is wrong.
+        reason: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// The chosen unknowns do not suit the scene.
+    #[error(
+        "unknowns = \"velocity\" needs tau_p = 0: with D_p the volume ratios are coupled; use \"velocity_jacobian\" or \"auto\""
+    )]
+    UnknownsNeedJacobian,
+}
+
+/// CFL factor of document 004, used where a scene gives none.
+pub const DEFAULT_CFL: f64 = 0.3;
+
+impl<const D: usize> Model<D> {
+    /// Discretises a set-up. `unknowns: None` chooses the smallest system that is exact: velocities,
+    /// or velocities and volume ratios where D_p couples the latter.
+    ///
+    /// # Errors
+    /// [`ModelError`], located.
+    pub fn new(setup: Setup<D>, unknowns: Option<Unknowns>, cfl: Option<f64>) -> Result<Self, ModelError> {
+        let count = setup.particles.positions.len();
+        let mut body_of = vec![0u32; count];
+        for (index, body) in setup.bodies.iter().enumerate() {
+            body_of[body.particles.clone()].fill(index as u32);
+        }
+        let materials: Vec<(Material, CofactorChoice)> =
+            setup.bodies.iter().map(|body| (body.material.into(), body.cofactor)).collect();
+        let density = |a: usize| materials[body_of[a] as usize].0.density();
+        let densities: Vec<f64> = (0..count).map(density).collect();
+        let masses: Vec<f64> = setup.particles.volumes.iter().zip(&densities).map(|(v, rho)| v * rho).collect();
+
+        let gradient = Gradient::build(&setup.bodies, &setup.particles)?;
+        let upwind = match setup.stabilisation.filter(|s| s.tau_v != 0.0 || s.tau_p != 0.0) {
+            None => None,
+            Some(options) => Some(Upwind::build(options, &setup.bodies, &setup.particles, &gradient, &densities)?),
+        };
+        let coupled = upwind.as_ref().is_some_and(Upwind::has_pressure);
+        let unknowns = match unknowns {
+            None if coupled => Unknowns::VelocityJacobian,
+            None => Unknowns::Velocity,
+            Some(Unknowns::Velocity) if coupled => return Err(ModelError::UnknownsNeedJacobian),
+            Some(kind) => kind,
+        };
+        let neighbourhood = &gradient.neighbourhood;
+        let reach =
+            (0..count).map(|a| neighbourhood.row(a).map(|entry| gradient.weights[entry].norm()).sum()).collect();
+        let positions = &setup.particles.positions;
+        let smallest_distance = (0..count)
+            .flat_map(|a| neighbourhood.of(a).iter().map(move |&b| (a, b as usize)))
+            .filter(|(a, b)| a != b)
+            .map(|(a, b)| (positions[b] - positions[a]).norm())
+            .fold(f64::INFINITY, f64::min);
+        let reconstructed = upwind.as_ref().is_some_and(|u| u.options.reconstructed);
+        let mut model = Self {
+            unknowns: Numbering::new(unknowns, &setup),
+            loads: Loads::new(&setup, &masses),
+            workspace: Workspace::new(count, upwind.is_some(), reconstructed),
+            stage: Stage::default(),
+            linearisation: Linearisation::default(),
+            linear: false,
+            terms: Terms::ALL,
+            cfl: cfl.unwrap_or(DEFAULT_CFL),
+            clocks: Clocks::default(),
+            setup,
+            gradient,
+            upwind,
+            materials,
+            body_of,
+            masses,
+            reach,
+            smallest_distance,
+        };
+        model.linear = model.structurally_linear();
+        Ok(model)
+    }
+
+    /// State at `t = 0`. The volume ratio starts from the initial pressure where there is one, and as
+    /// `det F` otherwise.
+    ///
+    /// # Errors
+    /// A pressure that the law cannot reach, or an initial state outside the law's domain.
+    pub fn initial_state(&mut self) -> Result<Vec<f64>, ModelError> {
+        let count = self.particles();
+        let mut state = vec![0.0; count * (2 * D + 1)];
+        for a in 0..count {
+            for i in 0..D {
+                state[a * D + i] = self.setup.initial.displacement[a][i];
+                state[(count + a) * D + i] = self.setup.initial.velocity[a][i];
+            }
+        }
+        self.impose(0.0, &mut state);
+        for a in 0..count {
+            let place = || describe_particle(a, &self.setup.particles.positions[a]);
+            let material = self.material(a);
+            let det = determinant(&(Tensor::identity() + self.gradient.of(a, &state)));
+            let ratio = match &self.setup.initial.pressure {
+                None => det,
+                Some(pressure) => material.volume_ratio_at(pressure[a]).ok_or_else(|| ModelError::InitialState {
+                    place: place(),
+                    reason: format!("the law cannot reach a pressure of {:e} Pa", pressure[a]),
+                    remedy: "the largest tension is the bulk modulus; reduce the initial pressure's magnitude".into(),
+                })?,
+            };
+            if material.needs_positive_volume() && (ratio <= 0.0 || det <= 0.0) {
+                return Err(ModelError::InitialState {
+                    place: place(),
+                    reason: format!("volume ratio {ratio:e} and det F = {det:e} must be positive"),
+                    remedy: "reduce the initial displacement".into(),
+                });
+            }
+            state[2 * count * D + a] = ratio;
+        }
+        Ok(state)
+    }
+
+    /// Whether the equations are linear by structure: a linear law with the geometric cofactor, in
+    /// one dimension, or with all but one direction of motion held still everywhere (H is then
+    /// constant along the motion), and no upwinding along a direction that turns or with a speed that
+    /// changes.
+    fn structurally_linear(&self) -> bool {
+        let laws =
+            self.materials.iter().all(|(law, cofactor)| law.is_linear() && *cofactor == CofactorChoice::Geometric);
+        if !laws {
+            return false;
+        }
+        let steady_upwind = self.upwind.as_ref().is_none_or(|u| D == 1 && !u.options.deformed_wave_speed);
+        let still = |component: usize| {
+            self.setup
+                .constraints
+                .iter()
+                .zip(&self.setup.initial.displacement)
+                .all(|(constraint, u)| constraint[component] == Constraint::Fixed && u[component] == 0.0)
+        };
+        let moving = (0..D).filter(|&i| !still(i)).count();
+        steady_upwind && (D == 1 || moving <= 1)
+    }
+}

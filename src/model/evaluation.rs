@@ -1,0 +1,345 @@
+//! The two sweeps over particles that give forces and rates.
+//!
+//! First sweep: each particle gathers F and L from its neighbours and applies its law. Second sweep:
+//! each particle gathers stresses with the transposed weights, and the pair terms. Every loop writes
+//! only to its own particle, in fixed neighbour order: the same bits for any number of threads.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use nicolson_solvers::EvaluationError;
+use rayon::prelude::*;
+
+use super::Model;
+use crate::material::Material;
+use crate::setup::CofactorChoice;
+use crate::stabilisation::Upwind;
+use crate::tensor::{Tensor, Vector, cofactor, contract, determinant, inverse, outer, smallest_stretch};
+
+/// Particles handled as one piece of work: below this, sharing costs more than it gains.
+pub const GRAIN: usize = 128;
+
+/// Where the volume ratios of an evaluation come from.
+#[derive(Debug, Clone, Copy)]
+pub enum VolumeRatios<'a> {
+    /// They are given, and their rates are wanted.
+    Given(&'a [f64]),
+    /// They solve the local stage equation `J = J̃ + s H:L`, and so do their rates.
+    Stage {
+        /// Base `J̃`.
+        base: &'a [f64],
+        /// Shift `s`.
+        shift: f64,
+    },
+}
+
+/// What the first sweep finds at one particle.
+#[derive(Debug, Clone, Copy)]
+pub struct Point<const D: usize> {
+    /// Deformation gradient F.
+    pub deformation: Tensor<D>,
+    /// Velocity gradient L with respect to reference positions, 1/s.
+    pub velocity_gradient: Tensor<D>,
+    /// Cofactor H.
+    pub cofactor: Tensor<D>,
+    /// Volume ratio J.
+    pub volume_ratio: f64,
+    /// `J̇`, 1/s; complete after the second sweep.
+    pub rate: f64,
+    /// Pressure, Pa.
+    pub pressure: f64,
+    /// Wave speed, m/s; the one at rest without a deformation-dependent stabilisation.
+    pub wave_speed: f64,
+    /// Force, N; complete after the second sweep.
+    pub force: Vector<D>,
+}
+
+impl<const D: usize> Point<D> {
+    const REST: fn() -> Self = || Self {
+        deformation: Tensor::identity(),
+        velocity_gradient: Tensor::zeros(),
+        cofactor: Tensor::identity(),
+        volume_ratio: 1.0,
+        rate: 0.0,
+        pressure: 0.0,
+        wave_speed: 0.0,
+        force: Vector::zeros(),
+    };
+}
+
+/// Results of the last evaluation.
+#[derive(Debug, Clone)]
+pub struct Workspace<const D: usize> {
+    /// One entry per particle.
+    pub points: Vec<Point<D>>,
+    /// Volume times first Piola–Kirchhoff stress, N m^(1).
+    pub stress: Vec<Tensor<D>>,
+    /// Reconstruction slopes of velocity and pressure; empty without reconstruction.
+    pub slopes: Vec<(Tensor<D>, Vector<D>)>,
+    /// Force of D_v and rate of D_p; empty without stabilisation.
+    pub pairs: Vec<(Vector<D>, f64)>,
+}
+
+impl<const D: usize> Workspace<D> {
+    /// Space for `n` particles.
+    pub fn new(n: usize, stabilised: bool, reconstructed: bool) -> Self {
+        let rest = Point::<D>::REST;
+        Self {
+            points: vec![rest(); n],
+            stress: vec![Tensor::zeros(); n],
+            slopes: if reconstructed { vec![(Tensor::zeros(), Vector::zeros()); n] } else { Vec::new() },
+            pairs: if stabilised { vec![(Vector::zeros(), 0.0); n] } else { Vec::new() },
+        }
+    }
+}
+
+/// A failed evaluation at one particle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Failure {
+    VolumeRatio,
+    Determinant,
+    NotFinite,
+}
+
+impl<const D: usize> Model<D> {
+    /// Evaluates forces and rates of J at time `t`; results are left in the workspace.
+    pub(super) fn evaluate(
+        &mut self,
+        t: f64,
+        displacement: &[f64],
+        velocity: &[f64],
+        volume_ratios: VolumeRatios<'_>,
+    ) -> Result<(), EvaluationError> {
+        self.loads
+            .update(&self.setup, &self.masses, t)
+            .map_err(|error| error.clone().at(self.describe_particle(error.site)))?;
+        self.first_sweep(displacement, velocity, volume_ratios)?;
+        if !self.workspace.slopes.is_empty() {
+            self.reconstruct(velocity);
+        }
+        self.second_sweep(displacement, velocity);
+        Ok(())
+    }
+
+    fn first_sweep(
+        &mut self,
+        displacement: &[f64],
+        velocity: &[f64],
+        volume_ratios: VolumeRatios<'_>,
+    ) -> Result<(), EvaluationError> {
+        let mut workspace = std::mem::replace(&mut self.workspace, Workspace::new(0, false, false));
+        let (model, bad) = (&*self, AtomicUsize::new(usize::MAX));
+        let deformed = model.upwind.as_ref().is_some_and(|upwind| upwind.options.deformed_wave_speed);
+        workspace.points.par_iter_mut().zip(workspace.stress.par_iter_mut()).with_min_len(GRAIN).enumerate().for_each(
+            |(a, (point, stress))| {
+                point.deformation = Tensor::identity() + model.gradient.of(a, displacement);
+                point.velocity_gradient = model.gradient.of(a, velocity);
+                if model.constitutive(a, volume_ratios, point).is_err() {
+                    bad.fetch_min(a, Ordering::Relaxed);
+                }
+                *stress = if model.terms.stress {
+                    point.cofactor * (-point.pressure * model.setup.particles.volumes[a])
+                } else {
+                    Tensor::zeros()
+                };
+                if deformed {
+                    point.wave_speed = model.material(a).wave_speed() / smallest_stretch(&point.deformation).0.sqrt();
+                }
+                if !model.terms.volume_rate {
+                    point.rate = 0.0;
+                }
+            },
+        );
+        let outcome = match bad.into_inner() {
+            usize::MAX => Ok(()),
+            a => Err(model.explain(a, volume_ratios, workspace.points[a])),
+        };
+        self.workspace = workspace;
+        outcome
+    }
+
+    /// The law at one particle: cofactor, J, its rate by H:L, and pressure, from F and L.
+    fn constitutive(&self, a: usize, volume_ratios: VolumeRatios<'_>, point: &mut Point<D>) -> Result<(), Failure> {
+        let material = self.material(a);
+        let f = &point.deformation;
+        let l = &point.velocity_gradient;
+        let det = determinant(f);
+        match self.cofactor_choice(a) {
+            CofactorChoice::Geometric => {
+                point.cofactor = cofactor(f);
+                point.rate = contract(&point.cofactor, l);
+                point.volume_ratio = match volume_ratios {
+                    VolumeRatios::Given(j) => j[a],
+                    VolumeRatios::Stage { base, shift } => base[a] + shift * point.rate,
+                };
+            }
+            CofactorChoice::Evolved => {
+                let transposed = inverse(f).ok_or(Failure::Determinant)?.transpose();
+                let divergence = contract(&transposed, l);
+                point.volume_ratio = match volume_ratios {
+                    VolumeRatios::Given(j) => j[a],
+                    // J = J̃ + s J F⁻ᵀ:L, solved for J. Past the pole the step is too long.
+                    VolumeRatios::Stage { base, shift } => {
+                        let denominator = 1.0 - shift * divergence;
+                        if denominator <= 0.0 && self.terms.volume_rate {
+                            return Err(Failure::VolumeRatio);
+                        }
+                        base[a] / denominator
+                    }
+                };
+                point.cofactor = transposed * point.volume_ratio;
+                point.rate = point.volume_ratio * divergence;
+            }
+        }
+        if !self.terms.volume_rate
+            && let VolumeRatios::Stage { base, .. } = volume_ratios
+        {
+            point.volume_ratio = base[a];
+        }
+        if material.needs_positive_volume() {
+            if point.volume_ratio <= 0.0 {
+                return Err(Failure::VolumeRatio);
+            }
+            if det <= 0.0 {
+                return Err(Failure::Determinant);
+            }
+        }
+        point.pressure = material.pressure(point.volume_ratio);
+        point.wave_speed = material.wave_speed();
+        if point.pressure.is_finite() && det.is_finite() && point.rate.is_finite() {
+            Ok(())
+        } else {
+            Err(Failure::NotFinite)
+        }
+    }
+
+    /// The error of a particle whose law could not be evaluated.
+    fn explain(&self, a: usize, volume_ratios: VolumeRatios<'_>, mut point: Point<D>) -> EvaluationError {
+        let det = determinant(&point.deformation);
+        let error = match self.constitutive(a, volume_ratios, &mut point) {
+            Err(Failure::Determinant) => EvaluationError::outside_domain("determinant of F", a, det),
+            Err(Failure::VolumeRatio) => EvaluationError::outside_domain("volume ratio J", a, point.volume_ratio),
+            _ => EvaluationError::not_finite("pressure or velocity gradient", a, point.pressure),
+        };
+        self.located(error)
+    }
+
+    /// Least-squares slopes of velocity and pressure of all particles.
+    fn reconstruct(&mut self, velocity: &[f64]) {
+        let mut slopes = std::mem::take(&mut self.workspace.slopes);
+        let (model, points) = (&*self, &self.workspace.points);
+        if let Some(upwind) = self.upwind.as_ref() {
+            slopes.par_iter_mut().with_min_len(GRAIN).enumerate().for_each(|(a, slope)| {
+                *slope = model.slopes_at(upwind, a, velocity, |b| points[b].pressure);
+            });
+        }
+        self.workspace.slopes = slopes;
+    }
+
+    /// Least-squares slopes of velocity and pressure at a particle (3.53).
+    pub(super) fn slopes_at(
+        &self,
+        upwind: &Upwind<D>,
+        a: usize,
+        velocity: &[f64],
+        pressure: impl Fn(usize) -> f64,
+    ) -> (Tensor<D>, Vector<D>) {
+        let here = Vector::<D>::from_column_slice(&velocity[a * D..a * D + D]);
+        let mut slope = (Tensor::zeros(), Vector::zeros());
+        for entry in self.gradient.neighbourhood.row(a) {
+            let b = self.gradient.neighbourhood.neighbour(entry);
+            let weight = &upwind.reconstruction[entry];
+            let there = Vector::<D>::from_column_slice(&velocity[b * D..b * D + D]);
+            slope.0 += outer(&(there - here), weight);
+            slope.1 += weight * (pressure(b) - pressure(a));
+        }
+        slope
+    }
+
+    fn second_sweep(&mut self, displacement: &[f64], velocity: &[f64]) {
+        self.pair_terms(displacement, velocity);
+        let mut points = std::mem::take(&mut self.workspace.points);
+        let (model, workspace) = (&*self, &self.workspace);
+        points.par_iter_mut().with_min_len(GRAIN).enumerate().for_each(|(a, point)| {
+            point.force = model.loads.on(a) - model.gradient.transposed_of(a, &workspace.stress);
+            if let Some((force, rate)) = workspace.pairs.get(a) {
+                point.force += force;
+                point.rate += rate;
+            }
+        });
+        self.workspace.points = points;
+    }
+
+    /// Force of D_v and rate of D_p on every particle.
+    fn pair_terms(&mut self, displacement: &[f64], velocity: &[f64]) {
+        let mut pairs = std::mem::take(&mut self.workspace.pairs);
+        if let Some(upwind) = self.upwind.as_ref() {
+            let with_velocity = upwind.has_velocity() && self.terms.velocity_upwind;
+            let with_pressure = upwind.has_pressure() && self.terms.pressure_upwind;
+            let (neighbourhood, points) = (&self.gradient.neighbourhood, &self.workspace.points);
+            let slopes = &self.workspace.slopes;
+            pairs.par_iter_mut().with_min_len(GRAIN).enumerate().for_each(|(a, pair)| {
+                let (mut force, mut rate) = (Vector::zeros(), 0.0);
+                for entry in neighbourhood.row(a) {
+                    let b = neighbourhood.neighbour(entry);
+                    if a == b {
+                        continue;
+                    }
+                    let speed = 0.5 * (points[a].wave_speed + points[b].wave_speed);
+                    if with_velocity {
+                        let jump = Self::velocity_jump(upwind, (a, b), velocity, slopes);
+                        force += upwind.velocity_force(entry, (a, b), displacement, speed, &jump);
+                    }
+                    if with_pressure {
+                        let pressure =
+                            Self::interface_pressures(upwind, (a, b), [points[a].pressure, points[b].pressure], slopes);
+                        let cofactors = [&points[a].cofactor, &points[b].cofactor];
+                        let entries = (entry, neighbourhood.twin(entry));
+                        rate += upwind.pressure_pair(entries, (a, b), displacement, speed, pressure, cofactors).rate;
+                    }
+                }
+                *pair = (force, rate);
+            });
+        }
+        self.workspace.pairs = pairs;
+    }
+
+    /// `v⁺ − v⁻` at the interface of a pair; constant states where there are no slopes.
+    pub(super) fn velocity_jump(
+        upwind: &Upwind<D>,
+        (a, b): (usize, usize),
+        velocity: &[f64],
+        slopes: &[(Tensor<D>, Vector<D>)],
+    ) -> Vector<D> {
+        let mut jump = Vector::<D>::from_fn(|i, _| velocity[b * D + i] - velocity[a * D + i]);
+        if let (Some(own), Some(other)) = (slopes.get(a), slopes.get(b)) {
+            jump -= (own.0 + other.0) * upwind.reference_separation(a, b) * 0.5;
+        }
+        jump
+    }
+
+    /// `p⁻` and `p⁺` at the interface of a pair, from the pressures of its two particles.
+    pub(super) fn interface_pressures(
+        upwind: &Upwind<D>,
+        (a, b): (usize, usize),
+        mut pressure: [f64; 2],
+        slopes: &[(Tensor<D>, Vector<D>)],
+    ) -> [f64; 2] {
+        if let (Some(own), Some(other)) = (slopes.get(a), slopes.get(b)) {
+            let half = upwind.reference_separation(a, b) * 0.5;
+            pressure[0] += own.1.dot(&half);
+            pressure[1] -= other.1.dot(&half);
+        }
+        pressure
+    }
+
+    /// Largest wave speed of a configuration, m/s: `c⁰/√λ_min`, the speed across the most compressed
+    /// direction (3.57).
+    pub fn largest_wave_speed(&self, displacement: &[f64]) -> f64 {
+        let speed = |a: usize| {
+            let f = Tensor::identity() + self.gradient.of(a, displacement);
+            let material: &Material = self.material(a);
+            material.wave_speed() / smallest_stretch(&f).0.sqrt()
+        };
+        (0..self.particles()).into_par_iter().with_min_len(GRAIN).map(speed).reduce(|| 0.0, f64::max)
+    }
+}

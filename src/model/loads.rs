@@ -1,0 +1,105 @@
+//! Forces that do not depend on the state: gravity, body forces, tractions.
+
+use nicolson_solvers::EvaluationError;
+
+use crate::setup::Setup;
+use crate::tensor::{Vector, coordinates};
+
+/// External forces on all particles.
+#[derive(Debug, Clone)]
+pub struct Loads<const D: usize> {
+    /// Forces that never change, N; empty if there are none.
+    constant: Vec<Vector<D>>,
+    /// Forces at `time`, N; empty if nothing varies.
+    varying: Vec<Vector<D>>,
+    time: Option<f64>,
+}
+
+impl<const D: usize> Loads<D> {
+    /// Collects the loads of a set-up; what does not depend on time is evaluated once, here.
+    pub fn new(setup: &Setup<D>, masses: &[f64]) -> Self {
+        let varies = varying_parts(setup).next().is_some();
+        let mut loads = Self {
+            constant: Vec::new(),
+            varying: if varies { vec![Vector::zeros(); masses.len()] } else { Vec::new() },
+            time: None,
+        };
+        let steady_body = setup.body_force.as_ref().filter(|f| !f.iter().any(|e| e.depends_on_time()));
+        let steady_tractions = setup.tractions.iter().any(|t| !t.value.iter().any(|e| e.depends_on_time()));
+        if setup.gravity.iter().any(|g| *g != 0.0) || steady_body.is_some() || steady_tractions {
+            loads.constant = vec![Vector::zeros(); masses.len()];
+            for (force, mass) in loads.constant.iter_mut().zip(masses) {
+                *force += setup.gravity * *mass;
+            }
+            add(setup, masses, 0.0, false, &mut loads.constant);
+        }
+        loads
+    }
+
+    /// Whether there is any load.
+    pub fn any(&self) -> bool {
+        !self.constant.is_empty() || !self.varying.is_empty()
+    }
+
+    /// Brings the forces to time `t`.
+    ///
+    /// # Errors
+    /// If an expression gives a value that is not finite.
+    pub fn update(&mut self, setup: &Setup<D>, masses: &[f64], t: f64) -> Result<(), EvaluationError> {
+        if !self.varying.is_empty() && self.time != Some(t) {
+            self.time = None;
+            self.varying.fill(Vector::zeros());
+            add(setup, masses, t, true, &mut self.varying);
+        }
+        if self.time.is_none() {
+            for (a, force) in self.constant.iter().chain(&self.varying).enumerate() {
+                if let Some(bad) = force.iter().find(|f| !f.is_finite()) {
+                    return Err(EvaluationError::not_finite("load", a % masses.len(), *bad));
+                }
+            }
+            self.time = Some(t);
+        }
+        Ok(())
+    }
+
+    /// Force on a particle at the time of the last update, N.
+    #[inline]
+    pub fn on(&self, particle: usize) -> Vector<D> {
+        let mut force = Vector::zeros();
+        if let Some(f) = self.constant.get(particle) {
+            force += f;
+        }
+        if let Some(f) = self.varying.get(particle) {
+            force += f;
+        }
+        force
+    }
+}
+
+/// Expressions that mention time.
+fn varying_parts<const D: usize>(setup: &Setup<D>) -> impl Iterator<Item = &crate::expression::Expression> {
+    setup
+        .body_force
+        .iter()
+        .chain(setup.tractions.iter().map(|t| &t.value))
+        .flatten()
+        .filter(|expression| expression.depends_on_time())
+}
+
+/// Adds the loads whose dependence on time is as asked.
+fn add<const D: usize>(setup: &Setup<D>, masses: &[f64], t: f64, varying: bool, out: &mut [Vector<D>]) {
+    let positions = &setup.particles.positions;
+    let wanted = |value: &[crate::expression::Expression; D]| value.iter().any(|e| e.depends_on_time()) == varying;
+    if let Some(field) = setup.body_force.as_ref().filter(|f| wanted(f)) {
+        for (a, force) in out.iter_mut().enumerate() {
+            let at = coordinates(&positions[a]);
+            *force += Vector::<D>::from_fn(|i, _| field[i].value(at, t)) * masses[a];
+        }
+    }
+    for traction in setup.tractions.iter().filter(|traction| wanted(&traction.value)) {
+        for &(a, area) in &traction.areas {
+            let at = coordinates(&positions[a]);
+            out[a] += Vector::<D>::from_fn(|i, _| traction.value[i].value(at, t)) * area;
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! The semi-discrete system: everything between a validated [`Setup`] and the traits of
+//! `nicolson-solvers`.
+//!
+//! State: `[u | v | J]`, displacements, velocities and volume ratios of all particles, flat and
+//! particle-major. Displacements instead of positions keep the digits of small deformations. The
+//! equations (formulation, section 1), with gradient weights `g_ab` and quadrature volumes V:
+//!
+//! ```text
+//! F_a = I + Σ_b u_b ⊗ g_ab          L_a = Σ_b v_b ⊗ g_ab
+//! m_a v̇_a = −Σ_b V_b P_b g_ba + V_a D_v,a + loads        P = −p(J) H
+//! J̇_a = H_a : L_a + D_p,a
+//! u̇_a = v_a
+//! ```
+//!
+//! | file | purpose |
+//! |---|---|
+//! | `evaluation` | the two sweeps that give forces and rates |
+//! | `unknowns` | which numbers an implicit stage solves for |
+//! | `stage` | `u = ũ + s f(t, u)` as a nonlinear problem |
+//! | `linearisation` | derivatives of every term, and the tangent's action |
+//! | `assembly` | the tangent's entries on a fixed pattern |
+//! | `balance` | energies, dissipation, momenta |
+//! | `jacobian` | public checks of all derivatives |
+
+mod assembly;
+mod balance;
+mod build;
+mod evaluation;
+mod jacobian;
+mod linearisation;
+mod loads;
+mod stage;
+mod unknowns;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use nicolson_solvers::EvaluationError;
+
+pub use balance::Energies;
+pub use build::ModelError;
+pub use jacobian::{BlockTaylor, CheckPoint, DifferenceReport, Noise, TaylorReport, TaylorRow, WorstEntry};
+
+pub use unknowns::Unknowns;
+
+use crate::discretisation::{Gradient, describe_particle};
+use crate::material::Material;
+use crate::setup::{CofactorChoice, Setup};
+use crate::stabilisation::Upwind;
+use crate::tensor::Vector;
+use evaluation::Workspace;
+use linearisation::Linearisation;
+use loads::Loads;
+use stage::Stage;
+
+/// Which terms of the equations are evaluated; all of them, except in checks of single terms.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Terms {
+    /// Stress divergence.
+    pub stress: bool,
+    /// Rate of J by the velocity gradient.
+    pub volume_rate: bool,
+    /// D_v.
+    pub velocity_upwind: bool,
+    /// D_p.
+    pub pressure_upwind: bool,
+}
+
+impl Terms {
+    /// Every term.
+    pub const ALL: Self = Self { stress: true, volume_rate: true, velocity_upwind: true, pressure_upwind: true };
+    /// No term.
+    pub const NONE: Self = Self { stress: false, volume_rate: false, velocity_upwind: false, pressure_upwind: false };
+}
+
+/// Time spent in the parts of a model, for the breakdown of a run.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ModelTimes {
+    /// Forces and rates, residuals included.
+    pub rate: Duration,
+    /// Linearisation and entries of the tangent.
+    pub assembly: Duration,
+}
+
+/// Running totals behind [`ModelTimes`], nanoseconds; atomic because the tangent is shared.
+#[derive(Debug, Default)]
+struct Clocks {
+    rate: AtomicU64,
+    assembly: AtomicU64,
+}
+
+impl Clocks {
+    fn add(clock: &AtomicU64, start: Instant) {
+        clock.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+    }
+
+    fn read(&self) -> ModelTimes {
+        let duration = |clock: &AtomicU64| Duration::from_nanos(clock.load(Ordering::Relaxed));
+        ModelTimes { rate: duration(&self.rate), assembly: duration(&self.assembly) }
+    }
+}
+
+/// The semi-discrete system of one set-up.
+pub struct Model<const D: usize> {
+    setup: Setup<D>,
+    gradient: Gradient<D>,
+    upwind: Option<Upwind<D>>,
+    /// Law and cofactor of each particle's body, by body.
+    materials: Vec<(Material, CofactorChoice)>,
+    body_of: Vec<u32>,
+    masses: Vec<f64>,
+    /// `Σ_b |g_ab|`, 1/m: the size of a gradient's summands.
+    reach: Vec<f64>,
+    smallest_distance: f64,
+    cfl: f64,
+    unknowns: unknowns::Numbering,
+    loads: Loads<D>,
+    terms: Terms,
+    linear: bool,
+    workspace: Workspace<D>,
+    stage: Stage,
+    linearisation: Linearisation<D>,
+    clocks: Clocks,
+}
+
+impl<const D: usize> Model<D> {
+    /// The set-up that the model was built from.
+    pub fn setup(&self) -> &Setup<D> {
+        &self.setup
+    }
+
+    /// The gradient operator.
+    pub fn gradient(&self) -> &Gradient<D> {
+        &self.gradient
+    }
+
+    /// The stabilisation, if the scene has any.
+    pub fn upwind(&self) -> Option<&Upwind<D>> {
+        self.upwind.as_ref()
+    }
+
+    /// Number of particles.
+    pub fn particles(&self) -> usize {
+        self.masses.len()
+    }
+
+    /// Masses, kg (per thickness in 2D, per area in 1D).
+    pub fn masses(&self) -> &[f64] {
+        &self.masses
+    }
+
+    /// Law of a particle.
+    pub fn material(&self, particle: usize) -> &Material {
+        &self.materials[self.body_of[particle] as usize].0
+    }
+
+    fn cofactor_choice(&self, particle: usize) -> CofactorChoice {
+        self.materials[self.body_of[particle] as usize].1
+    }
+
+    /// Smallest distance of two neighbours, m.
+    pub fn smallest_distance(&self) -> f64 {
+        self.smallest_distance
+    }
+
+    /// Number of unknowns of an implicit stage.
+    pub fn unknown_count(&self) -> usize {
+        self.unknowns.count()
+    }
+
+    /// Which numbers an implicit stage solves for.
+    pub fn unknowns(&self) -> Unknowns {
+        self.unknowns.kind()
+    }
+
+    /// Whether the equations are linear in the state, by the structure of the scene.
+    pub fn is_linear(&self) -> bool {
+        self.linear
+    }
+
+    /// Time spent so far.
+    pub fn times(&self) -> ModelTimes {
+        self.clocks.read()
+    }
+
+    /// Restricts the evaluation to some terms (for checks of single terms).
+    pub fn select_terms(&mut self, terms: Terms) {
+        self.terms = terms;
+        self.linear = self.linear && terms == Terms::ALL;
+    }
+
+    /// A particle in words.
+    pub fn describe_particle(&self, particle: usize) -> String {
+        describe_particle(particle, &self.setup.particles.positions[particle])
+    }
+
+    /// Displacements of a state.
+    pub fn displacements<'a>(&self, state: &'a [f64]) -> &'a [f64] {
+        &state[..self.particles() * D]
+    }
+
+    /// Velocities of a state.
+    pub fn velocities_of<'a>(&self, state: &'a [f64]) -> &'a [f64] {
+        &state[self.particles() * D..2 * self.particles() * D]
+    }
+
+    /// Volume ratios of a state.
+    pub fn volume_ratios<'a>(&self, state: &'a [f64]) -> &'a [f64] {
+        &state[2 * self.particles() * D..]
+    }
+
+    /// Current position of a particle.
+    pub fn position(&self, state: &[f64], particle: usize) -> Vector<D> {
+        self.setup.particles.positions[particle] + crate::tensor::vector_at::<D>(state, particle)
+    }
+
+    fn located(&self, error: EvaluationError) -> EvaluationError {
+        let place = self.describe_particle(error.site);
+        error.at(place)
+    }
+}

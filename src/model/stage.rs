@@ -1,0 +1,312 @@
+//! The implicit stage `u = ũ + s f(t, u)` as a nonlinear problem (formulation, section 6).
+//!
+//! The equation of the displacements is linear and local, `u = ũ + s v`; without D_p that of J is
+//! local as well. Both are eliminated, and the velocities remain. Residuals are momenta:
+//!
+//! ```text
+//! R_v = m (v − ṽ) − s f(t, u, v, J)        R_J = m c⁰ (J − J̃ − s J̇)        R_u = m (u − ũ − s v)/s
+//! ```
+
+use std::time::Instant;
+
+use nicolson_solvers::linear::Tangent;
+use nicolson_solvers::nonlinear::NonlinearProblem;
+use nicolson_solvers::time::{StageSystem, System};
+use nicolson_solvers::{EvaluationError, vector};
+
+use super::evaluation::VolumeRatios;
+use super::{Clocks, Model, Unknowns};
+use crate::setup::Constraint;
+use crate::tensor::coordinates;
+
+/// The stage being solved.
+#[derive(Debug, Clone, Default)]
+pub struct Stage {
+    /// Time of the stage, s.
+    pub time: f64,
+    /// Shift s, s.
+    pub shift: f64,
+    /// Base `ũ`, with prescribed entries at their values for the time of the stage.
+    pub base: Vec<f64>,
+    /// Full state at the last evaluated point.
+    pub trial: Vec<f64>,
+    /// Unknowns at the last evaluated point; empty if the workspace does not belong to this stage.
+    pub evaluated: Vec<f64>,
+}
+
+impl<const D: usize> System for Model<D> {
+    fn len(&self) -> usize {
+        self.particles() * (2 * D + 1)
+    }
+
+    fn rate(&mut self, t: f64, state: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
+        let start = Instant::now();
+        self.stage.evaluated.clear();
+        let n = self.particles();
+        let (displacement, rest) = state.split_at(n * D);
+        let (velocity, ratios) = rest.split_at(n * D);
+        let outcome = self.evaluate(t, displacement, velocity, VolumeRatios::Given(ratios));
+        if outcome.is_ok() {
+            self.write_rate(velocity, out);
+        }
+        Clocks::add(&self.clocks.rate, start);
+        outcome?;
+        match vector::first_not_finite(out) {
+            None => Ok(()),
+            Some(i) => Err(self.located(EvaluationError::not_finite("rate", self.particle_of_entry(i), out[i]))),
+        }
+    }
+
+    fn velocities(&self) -> Option<std::ops::Range<usize>> {
+        let n = self.particles() * D;
+        Some(n..2 * n)
+    }
+
+    fn impose(&mut self, t: f64, state: &mut [f64]) {
+        let n = self.particles();
+        for (a, constraints) in self.setup.constraints.iter().enumerate() {
+            for (i, constraint) in constraints.iter().enumerate() {
+                let (displacement, velocity) = match *constraint {
+                    Constraint::Free => continue,
+                    Constraint::Fixed => (self.setup.initial.displacement[a][i], 0.0),
+                    Constraint::Moving(motion) => {
+                        let at = coordinates(&self.setup.particles.positions[a]);
+                        let motion = &self.setup.motions[motion];
+                        (motion.value(at, t), motion.rate(at, t))
+                    }
+                };
+                state[a * D + i] = displacement;
+                state[(n + a) * D + i] = velocity;
+            }
+        }
+    }
+
+    fn stable_step(&mut self, _t: f64, state: &[f64]) -> f64 {
+        let speed = self.largest_wave_speed(self.displacements(state));
+        self.cfl * self.smallest_distance / speed
+    }
+
+    fn stages(&mut self) -> Option<&mut dyn StageSystem> {
+        Some(self)
+    }
+}
+
+impl<const D: usize> Model<D> {
+    /// Writes `[v | f/m | J̇]` of the workspace.
+    fn write_rate(&self, velocity: &[f64], out: &mut [f64]) {
+        let n = self.particles();
+        out[..n * D].copy_from_slice(velocity);
+        for (a, point) in self.workspace.points.iter().enumerate() {
+            for i in 0..D {
+                let free = self.setup.constraints[a][i] == Constraint::Free;
+                out[(n + a) * D + i] = if free { point.force[i] / self.masses[a] } else { 0.0 };
+            }
+            out[2 * n * D + a] = point.rate;
+        }
+    }
+
+    /// The particle of an entry of the state.
+    pub(super) fn particle_of_entry(&self, entry: usize) -> usize {
+        let n = self.particles();
+        if entry < 2 * n * D { (entry % (n * D)) / D } else { entry - 2 * n * D }
+    }
+
+    /// Unknown of J per unit of J, m/s: the wave speed at rest.
+    pub(super) fn volume_unit(&self, a: usize) -> f64 {
+        self.material(a).wave_speed()
+    }
+
+    /// Writes the full state of unknowns `y`, except for volume ratios that the evaluation finds.
+    fn expand(&self, y: &[f64], state: &mut [f64]) {
+        let n = self.particles();
+        let s = self.stage.shift;
+        state.copy_from_slice(&self.stage.base);
+        for a in 0..n {
+            for i in 0..D {
+                if let Some(unknown) = self.unknowns.velocity(a, i) {
+                    state[(n + a) * D + i] = y[unknown];
+                    state[a * D + i] = match self.unknowns.displacement(a, i) {
+                        Some(displacement) => s * y[displacement],
+                        None => self.stage.base[a * D + i] + s * y[unknown],
+                    };
+                }
+            }
+            if let Some(unknown) = self.unknowns.volume_ratio(a) {
+                state[2 * n * D + a] = y[unknown] / self.volume_unit(a);
+            }
+        }
+    }
+
+    /// Evaluates forces and rates at unknowns `y`, unless they are there already.
+    pub(super) fn evaluate_stage(&mut self, y: &[f64]) -> Result<(), EvaluationError> {
+        if self.stage.evaluated == y && !y.is_empty() {
+            return Ok(());
+        }
+        self.stage.evaluated.clear();
+        let mut trial = std::mem::take(&mut self.stage.trial);
+        trial.resize(self.len(), 0.0);
+        self.expand(y, &mut trial);
+        let base = std::mem::take(&mut self.stage.base);
+        let n = self.particles();
+        let (displacement, rest) = trial.split_at_mut(n * D);
+        let (velocity, ratios) = rest.split_at_mut(n * D);
+        let local = self.unknowns.kind() == Unknowns::Velocity;
+        let source = if local {
+            VolumeRatios::Stage { base: &base[2 * n * D..], shift: self.stage.shift }
+        } else {
+            VolumeRatios::Given(ratios)
+        };
+        let outcome = self.evaluate(self.stage.time, displacement, velocity, source);
+        if outcome.is_ok() && local {
+            for (ratio, point) in ratios.iter_mut().zip(&self.workspace.points) {
+                *ratio = point.volume_ratio;
+            }
+        }
+        self.stage.base = base;
+        self.stage.trial = trial;
+        if outcome.is_ok() {
+            self.stage.evaluated.extend_from_slice(y);
+        }
+        outcome
+    }
+
+    /// Size of the summands of a particle's residual before they cancel. The stress counts with its
+    /// modulus: a pressure near zero is itself a difference, `κ(1 − J)`.
+    fn residual_scale(&self, a: usize, v: f64, base: f64) -> f64 {
+        let point = &self.workspace.points[a];
+        let material = self.material(a);
+        let modulus = material.density() * material.wave_speed().powi(2);
+        let stress = (point.pressure.abs() + modulus) * self.setup.particles.volumes[a];
+        self.masses[a] * (v + base) + self.stage.shift * (stress * self.reach[a] + self.loads.on(a).norm())
+    }
+
+    /// Writes the residual of the evaluated point and returns the scale of its summands.
+    fn write_residual(&self, out: &mut [f64]) -> f64 {
+        let n = self.particles();
+        let (s, base, trial) = (self.stage.shift, &self.stage.base, &self.stage.trial);
+        let mut scale = 0.0;
+        for (a, point) in self.workspace.points.iter().enumerate() {
+            let mass = self.masses[a];
+            let (mut size, mut base_size) = (0.0, 0.0);
+            for i in 0..D {
+                let entry = (n + a) * D + i;
+                size += trial[entry] * trial[entry];
+                base_size += base[entry] * base[entry];
+                if let Some(row) = self.unknowns.velocity(a, i) {
+                    out[row] = mass * (trial[entry] - base[entry]) - s * point.force[i];
+                    if let Some(row) = self.unknowns.displacement(a, i) {
+                        let u = a * D + i;
+                        out[row] = mass * ((trial[u] - base[u]) / s - trial[entry]);
+                    }
+                }
+            }
+            if let Some(row) = self.unknowns.volume_ratio(a) {
+                let j = 2 * n * D + a;
+                let unit = mass * self.volume_unit(a);
+                out[row] = unit * (trial[j] - base[j] - s * point.rate);
+                size += self.volume_unit(a).powi(2);
+            }
+            if self.unknowns.free(a) > 0 || self.unknowns.volume_ratio(a).is_some() {
+                scale += self.residual_scale(a, size.sqrt(), base_size.sqrt()).powi(2);
+            }
+        }
+        scale.sqrt()
+    }
+}
+
+impl<const D: usize> NonlinearProblem for Model<D> {
+    fn unknowns(&self) -> usize {
+        self.unknowns.count()
+    }
+
+    fn residual(&mut self, y: &[f64], out: &mut [f64]) -> Result<f64, EvaluationError> {
+        let start = Instant::now();
+        let outcome = self.evaluate_stage(y);
+        let scale = if outcome.is_ok() { self.write_residual(out) } else { 0.0 };
+        Clocks::add(&self.clocks.rate, start);
+        outcome?;
+        match vector::first_not_finite(out) {
+            None => Ok(scale),
+            Some(i) => {
+                let a = self.unknowns.particle_of(i);
+                Err(self.located(EvaluationError::not_finite("residual", a, out[i])))
+            }
+        }
+    }
+
+    fn linearise(&mut self, y: &[f64]) -> Result<(), EvaluationError> {
+        self.evaluate_stage(y)?;
+        let start = Instant::now();
+        self.freeze();
+        Clocks::add(&self.clocks.assembly, start);
+        Ok(())
+    }
+
+    fn tangent(&self) -> &dyn Tangent {
+        self
+    }
+
+    fn constant_tangent(&self) -> Option<u64> {
+        self.linear.then(|| self.stage.shift.to_bits())
+    }
+
+    fn describe(&self, unknown: usize) -> String {
+        let particle = self.unknowns.particle_of(unknown);
+        format!("{} of {}", self.unknowns.describe(unknown), self.describe_particle(particle))
+    }
+}
+
+impl<const D: usize> StageSystem for Model<D> {
+    fn begin_stage(&mut self, t: f64, shift: f64, base: &[f64]) {
+        let mut kept = std::mem::take(&mut self.stage.base);
+        kept.clear();
+        kept.extend_from_slice(base);
+        self.impose(t, &mut kept);
+        self.stage.base = kept;
+        self.stage.time = t;
+        self.stage.shift = shift;
+        self.stage.evaluated.clear();
+    }
+
+    fn start_from(&mut self, guess: &[f64], y: &mut [f64]) {
+        let n = self.particles();
+        for a in 0..n {
+            for i in 0..D {
+                if let Some(unknown) = self.unknowns.velocity(a, i) {
+                    y[unknown] = guess[(n + a) * D + i];
+                    if let Some(displacement) = self.unknowns.displacement(a, i) {
+                        y[displacement] = self.stage.base[a * D + i] / self.stage.shift + y[unknown];
+                    }
+                }
+            }
+            if let Some(unknown) = self.unknowns.volume_ratio(a) {
+                y[unknown] = guess[2 * n * D + a] * self.volume_unit(a);
+            }
+        }
+    }
+
+    fn admissible_start(&mut self, state: &[f64], y: &mut [f64]) {
+        let n = self.particles();
+        let s = self.stage.shift;
+        self.start_from(state, y);
+        for a in 0..n {
+            for i in 0..D {
+                if let Some(unknown) = self.unknowns.velocity(a, i) {
+                    // u = ũ + s v must give back the present displacement.
+                    y[unknown] = (state[a * D + i] - self.stage.base[a * D + i]) / s;
+                    if let Some(displacement) = self.unknowns.displacement(a, i) {
+                        y[displacement] = state[a * D + i] / s;
+                    }
+                }
+            }
+        }
+    }
+
+    fn finish_stage(&mut self, y: &[f64], state: &mut [f64], rate: &mut [f64]) -> Result<(), EvaluationError> {
+        self.evaluate_stage(y)?;
+        state.copy_from_slice(&self.stage.trial);
+        let n = self.particles();
+        self.write_rate(&self.stage.trial[n * D..2 * n * D], rate);
+        Ok(())
+    }
+}

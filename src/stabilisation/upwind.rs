@@ -1,0 +1,266 @@
+//! Upwind stabilisation of momentum and volume ratio (formulation, section 4; document 004,
+//! (3.35)–(3.42) and (3.50)–(3.57) with their slips repaired).
+//!
+//! Per ordered pair (a, b), with reference direction N, current direction n, average gradient
+//! `g = ½(∇̃W̃_b(X_a) − ∇̃W̃_a(X_b))`:
+//!
+//! ```text
+//! force on a:    τ_v V_a V_b ρ c (n⊗n)(v⁺ − v⁻) (N·g)
+//! rate of J_a:   τ_p V_b (1/(ρ c)) [n·(P⁺ − P⁻)N] [n·½(H_a g̃_ab − H_b g̃_ba)]
+//! ```
+//!
+//! The default jump in the second is `P⁺ − P⁻ = −(p⁺ − p⁻) ½(H_a + H_b)` with the plain gradient:
+//! both brackets then share the factor `n·H̄N`, and each pair dissipates
+//! `−½ K (p⁺ − p⁻)² (n·H̄N)² ≤ 0` whatever the deformation. The printed form with the full stresses
+//! is [`stress_jump`](crate::setup::Stabilisation::stress_jump); its sign cannot be guaranteed.
+//! Reconstruction of a stress jump reconstructs the pressures and keeps each particle's own cofactor,
+//! so that the coupling never reaches further than two rings.
+
+use crate::discretisation::{DiscretisationError, Gradient, least_squares_weights, plain_slope};
+use crate::setup::{Body, Particles, Stabilisation, WeightChoice};
+use crate::tensor::{Tensor, Vector, outer};
+
+/// Pair tables of the stabilisation: one entry per ordered pair of the neighbour list.
+#[derive(Debug, Clone)]
+pub struct Upwind<const D: usize> {
+    /// What the scene asked for.
+    pub options: Stabilisation,
+    /// `τ_v V_a V_b ρ (N·g)`, kg/m; empty without D_v.
+    velocity_strength: Vec<f64>,
+    /// `½ g̃_ab` of D_p, 1/m^(D+1), zero for self-entries; empty without D_p.
+    half_gradients: Vec<Vector<D>>,
+    /// `τ_p V_b / ρ`, per particle b; empty without D_p.
+    pressure_strength: Vec<f64>,
+    /// Least-squares weights of the reconstruction; empty for constant interface states.
+    pub reconstruction: Vec<Vector<D>>,
+    positions: Vec<Vector<D>>,
+}
+
+/// What D_v does to one pair: the force on the owner and its derivatives.
+#[derive(Debug, Clone, Copy)]
+pub struct VelocityPair<const D: usize> {
+    /// Force on the owner, N.
+    pub force: Vector<D>,
+    /// Derivative with respect to the pair's wave speed.
+    pub by_speed: Vector<D>,
+    /// Derivative with respect to the velocity jump.
+    pub by_jump: Tensor<D>,
+    /// Derivative with respect to the relative displacement `u_b − u_a` (through n).
+    pub by_separation: Tensor<D>,
+}
+
+/// What D_p does to one pair: the rate of the owner's J and its derivatives.
+#[derive(Debug, Clone, Copy)]
+pub struct PressurePair<const D: usize> {
+    /// Rate of the owner's volume ratio, 1/s.
+    pub rate: f64,
+    /// Derivative with respect to the pair's wave speed.
+    pub by_speed: f64,
+    /// Derivatives with respect to the interface pressures on the owner's and on the other side.
+    pub by_pressure: [f64; 2],
+    /// Derivatives with respect to the cofactors of the owner and of the other.
+    pub by_cofactor: [Tensor<D>; 2],
+    /// Derivative with respect to the relative displacement `u_b − u_a` (through n).
+    pub by_separation: Vector<D>,
+}
+
+/// Current direction and distance of a pair.
+struct Separation<const D: usize> {
+    direction: Vector<D>,
+    distance: f64,
+}
+
+impl<const D: usize> Separation<D> {
+    /// `∂n/∂(u_b − u_a) = (I − n⊗n)/|x_b − x_a|` (6.17), applied to a covector.
+    fn pull_back(&self, covector: &Vector<D>) -> Vector<D> {
+        (covector - self.direction * self.direction.dot(covector)) / self.distance
+    }
+}
+
+impl<const D: usize> Upwind<D> {
+    /// Builds the pair tables for the terms whose coefficient is not zero.
+    ///
+    /// # Errors
+    /// If interface states are to be reconstructed around a particle with degenerate neighbours.
+    pub fn build(
+        options: Stabilisation,
+        bodies: &[Body],
+        particles: &Particles<D>,
+        gradient: &Gradient<D>,
+        densities: &[f64],
+    ) -> Result<Self, DiscretisationError> {
+        let neighbourhood = &gradient.neighbourhood;
+        let positions = &particles.positions;
+        let (with_velocity, with_pressure) = (options.tau_v != 0.0, options.tau_p != 0.0);
+        let pairs = neighbourhood.pairs();
+        let mut velocity_strength = Vec::with_capacity(if with_velocity { pairs } else { 0 });
+        let mut half_gradients = Vec::with_capacity(if with_pressure { pairs } else { 0 });
+        let mut reconstruction = Vec::with_capacity(if options.reconstructed { pairs } else { 0 });
+        for body in bodies {
+            let kernel_volumes = match body.weights {
+                WeightChoice::Single => &particles.volumes,
+                WeightChoice::Separate | WeightChoice::Balanced => &particles.kernel_volumes,
+            };
+            for a in body.particles.clone() {
+                for entry in neighbourhood.row(a) {
+                    let b = neighbourhood.neighbour(entry);
+                    let d = positions[b] - positions[a];
+                    let r = d.norm();
+                    let normal = if r > 0.0 { d / r } else { Vector::zeros() };
+                    // g̃_ab and the part of the average that N sees.
+                    let own = if a == b {
+                        Vector::zeros()
+                    } else if options.corrected_gradient {
+                        gradient.weights[entry] / kernel_volumes[b]
+                    } else {
+                        normal * plain_slope::<D>(body, r)
+                    };
+                    if with_velocity {
+                        let along = if a == b {
+                            0.0
+                        } else if options.corrected_gradient {
+                            let other = gradient.weights[neighbourhood.twin(entry)] / kernel_volumes[a];
+                            0.5 * normal.dot(&(own - other))
+                        } else {
+                            plain_slope::<D>(body, r)
+                        };
+                        let volumes = particles.volumes[a] * particles.volumes[b];
+                        velocity_strength.push(options.tau_v * volumes * densities[a] * along);
+                    }
+                    if with_pressure {
+                        half_gradients.push(own * 0.5);
+                    }
+                }
+                if options.reconstructed {
+                    reconstruction.extend(least_squares_weights(a, positions, neighbourhood)?);
+                }
+            }
+        }
+        let pressure_strength = if with_pressure {
+            particles.volumes.iter().zip(densities).map(|(v, rho)| options.tau_p * v / rho).collect()
+        } else {
+            Vec::new()
+        };
+        Ok(Self {
+            options,
+            velocity_strength,
+            half_gradients,
+            pressure_strength,
+            reconstruction,
+            positions: positions.clone(),
+        })
+    }
+
+    /// Whether D_v is present.
+    pub fn has_velocity(&self) -> bool {
+        !self.velocity_strength.is_empty()
+    }
+
+    /// Whether D_p is present.
+    pub fn has_pressure(&self) -> bool {
+        !self.pressure_strength.is_empty()
+    }
+
+    /// Pairs whose D_v would feed energy instead of dissipating it (`N·g < 0`); possible only with
+    /// the corrected gradient.
+    pub fn feeding_pairs(&self) -> usize {
+        self.velocity_strength.iter().filter(|&&s| s < 0.0).count()
+    }
+
+    /// `X_b − X_a`, m.
+    pub fn reference_separation(&self, a: usize, b: usize) -> Vector<D> {
+        self.positions[b] - self.positions[a]
+    }
+
+    fn separation(&self, a: usize, b: usize, displacement: &[f64]) -> Separation<D> {
+        let mut d = self.reference_separation(a, b);
+        for i in 0..D {
+            d[i] += displacement[b * D + i] - displacement[a * D + i];
+        }
+        // Two particles on top of each other have no direction; the tiny guard keeps the (then
+        // vanishing) term finite.
+        let distance = d.norm().max(f64::MIN_POSITIVE.sqrt());
+        Separation { direction: d / distance, distance }
+    }
+
+    /// D_v of an entry (a, b), given the pair's wave speed and velocity jump `v⁺ − v⁻`.
+    pub fn velocity_pair(
+        &self,
+        entry: usize,
+        (a, b): (usize, usize),
+        displacement: &[f64],
+        speed: f64,
+        jump: &Vector<D>,
+    ) -> VelocityPair<D> {
+        let strength = self.velocity_strength[entry];
+        let pair = self.separation(a, b, displacement);
+        let n = pair.direction;
+        let normal_jump = n.dot(jump);
+        let by_speed = n * (strength * normal_jump);
+        // f = β c n (n·Δ);  ∂f/∂n = β c [(n·Δ) I + n⊗Δ], then ∂n/∂(u_b − u_a).
+        let factor = strength * speed;
+        let projector = (Tensor::identity() - outer(&n, &n)) / pair.distance;
+        let by_separation = projector * (factor * normal_jump) + outer(&n, &pair.pull_back(jump)) * factor;
+        VelocityPair { force: by_speed * speed, by_speed, by_jump: outer(&n, &n) * factor, by_separation }
+    }
+
+    /// The force of [`velocity_pair`](Self::velocity_pair) alone.
+    pub fn velocity_force(
+        &self,
+        entry: usize,
+        (a, b): (usize, usize),
+        displacement: &[f64],
+        speed: f64,
+        jump: &Vector<D>,
+    ) -> Vector<D> {
+        let n = self.separation(a, b, displacement).direction;
+        n * (self.velocity_strength[entry] * speed * n.dot(jump))
+    }
+
+    /// D_p of an entry (a, b) whose partner entry is `twin`, given the pair's wave speed, the
+    /// interface pressures (owner's side, other side) and the two cofactors.
+    pub fn pressure_pair(
+        &self,
+        (entry, twin): (usize, usize),
+        (a, b): (usize, usize),
+        displacement: &[f64],
+        speed: f64,
+        pressure: [f64; 2],
+        cofactor: [&Tensor<D>; 2],
+    ) -> PressurePair<D> {
+        let pair = self.separation(a, b, displacement);
+        let n = pair.direction;
+        let reference = self.reference_separation(a, b);
+        let normal = reference / reference.norm();
+        let (own, other) = (self.half_gradients[entry], self.half_gradients[twin]);
+        let strength = self.pressure_strength[b] / speed;
+
+        // First bracket A = n·s with s = (P⁺ − P⁻)N, second bracket B = n·q.
+        let q = cofactor[0] * own - cofactor[1] * other;
+        let jump = pressure[1] - pressure[0];
+        let (mut s, by_pressure, by_cofactor);
+        if self.options.stress_jump {
+            s = cofactor[0] * normal * pressure[0] - cofactor[1] * normal * pressure[1];
+            by_pressure = [n.dot(&(cofactor[0] * normal)), -n.dot(&(cofactor[1] * normal))];
+            by_cofactor = [pressure[0], -pressure[1]];
+        } else {
+            s = (cofactor[0] + cofactor[1]) * normal * 0.5;
+            let along = n.dot(&s);
+            s *= -jump;
+            by_pressure = [along, -along];
+            by_cofactor = [-0.5 * jump, -0.5 * jump];
+        }
+        let (first, second) = (n.dot(&s), n.dot(&q));
+        let rate = strength * first * second;
+        PressurePair {
+            rate,
+            by_speed: -rate / speed,
+            by_pressure: by_pressure.map(|slope| strength * second * slope),
+            by_cofactor: [
+                (outer(&n, &normal) * (by_cofactor[0] * second) + outer(&n, &own) * first) * strength,
+                (outer(&n, &normal) * (by_cofactor[1] * second) - outer(&n, &other) * first) * strength,
+            ],
+            by_separation: pair.pull_back(&(s * second + q * first)) * strength,
+        }
+    }
+}

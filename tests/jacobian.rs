@@ -1,0 +1,141 @@
+//! The analytic Jacobian of every term: Taylor remainders as in Table 6.1 of document 004, a
+//! comparison of every entry with differences, and entries against the matrix-free action.
+
+mod support;
+
+use nicolson::model::{Model, Noise, Unknowns};
+use nicolson::setup::*;
+use nicolson_solvers::nonlinear::NonlinearProblem;
+use support::{fluid, linear, particles, setup};
+
+const EPSILONS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
+
+fn stabilised(tau_v: f64, tau_p: f64) -> Stabilisation {
+    Stabilisation {
+        tau_v,
+        tau_p,
+        deformed_wave_speed: true,
+        corrected_gradient: false,
+        reconstructed: false,
+        stress_jump: false,
+    }
+}
+
+/// Every combination of law, cofactor and stabilisation that changes a derivative.
+fn variants() -> Vec<(String, MaterialChoice, CofactorChoice, Option<Stabilisation>)> {
+    let mut list = Vec::new();
+    for (law_name, law) in [("linear", linear()), ("hyperelastic", fluid())] {
+        for cofactor in [CofactorChoice::Geometric, CofactorChoice::Evolved] {
+            let base = stabilised(0.5, 0.7);
+            for (name, stabilisation) in [
+                ("plain", None),
+                ("D_v", Some(stabilised(0.5, 0.0))),
+                ("D_v, constant c", Some(Stabilisation { deformed_wave_speed: false, ..stabilised(0.5, 0.0) })),
+                ("D_v reconstructed", Some(Stabilisation { reconstructed: true, ..stabilised(0.5, 0.0) })),
+                ("D_p", Some(stabilised(0.0, 0.7))),
+                ("both", Some(base)),
+                ("both, as printed", Some(Stabilisation { stress_jump: true, corrected_gradient: true, ..base })),
+                ("both, reconstructed", Some(Stabilisation { reconstructed: true, ..base })),
+                ("both, reconstructed stress", Some(Stabilisation { reconstructed: true, stress_jump: true, ..base })),
+            ] {
+                list.push((format!("{law_name}, {cofactor:?}, {name}"), law, cofactor, stabilisation));
+            }
+        }
+    }
+    list
+}
+
+fn model<const D: usize>(
+    counts: [usize; D],
+    law: MaterialChoice,
+    cofactor: CofactorChoice,
+    stabilisation: Option<Stabilisation>,
+    unknowns: Option<Unknowns>,
+) -> Model<D> {
+    let spacing = 0.25;
+    let mut setup = setup(particles(counts, spacing, 0.1), spacing, law);
+    setup.bodies[0].cofactor = cofactor;
+    setup.stabilisation = stabilisation;
+    // A roller and a clamp, so that constrained components are part of the check.
+    for (constraint, x) in setup.constraints.iter_mut().zip(&setup.particles.positions) {
+        if x[D - 1] == 0.0 {
+            constraint[D - 1] = Constraint::Fixed;
+        }
+    }
+    setup.constraints[0] = [Constraint::Fixed; D];
+    Model::new(setup, unknowns, None).expect("model")
+}
+
+fn check<const D: usize>(counts: [usize; D]) {
+    let shift = 0.02;
+    let epsilons = &EPSILONS[..4];
+    for (name, law, cofactor, stabilisation) in variants() {
+        for unknowns in [None, Some(Unknowns::VelocityJacobian), Some(Unknowns::Full)] {
+            let mut model = model(counts, law, cofactor, stabilisation, unknowns);
+            let what = format!("{D}D {name}, {:?}", model.unknowns());
+            let state = model.initial_state().expect("state");
+            let at = model.check_point(0.0, shift, &state, 0.04, 3).expect("check point");
+            for selection in model.term_selections() {
+                let report = model.taylor(&at, selection, epsilons, 11).expect("Taylor");
+                for block in &report.blocks {
+                    // A ratio is only as good as the remainder's distance from rounding.
+                    let deviation = block.deviation(200.0);
+                    assert!(deviation < 0.01, "{what}, {}, block {}: {block:?}", selection.0, block.block);
+                }
+                if selection.0 == "all" && law == fluid() && D > 1 {
+                    let v = &report.blocks[0];
+                    assert!(!v.is_linear(), "{what}: the check must bite: {v:?}");
+                }
+            }
+            let differences = model.compare_with_differences(&at).expect("differences");
+            assert!(differences.largest_error < 2e-6, "{what}: {differences:?}");
+            assert!(differences.outside_pattern < 1e-9, "{what}: {differences:?}");
+            action_agrees_with_entries(&mut model, &at.unknowns, &what);
+        }
+    }
+}
+
+fn action_agrees_with_entries<const D: usize>(model: &mut Model<D>, y: &[f64], what: &str) {
+    model.linearise(y).expect("linearise");
+    let matrix = model.tangent_matrix();
+    let mut noise = Noise::new(5);
+    let v: Vec<f64> = y.iter().map(|_| noise.next()).collect();
+    let (mut action, mut product) = (vec![0.0; v.len()], vec![0.0; v.len()]);
+    model.tangent().apply(&v, &mut action);
+    matrix.apply(&v, &mut product);
+    let scale = product.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    for (a, p) in action.iter().zip(&product) {
+        assert!((a - p).abs() < 1e-12 * scale, "{what}: action {a} against entries {p}");
+    }
+}
+
+#[test]
+fn jacobian_1d_every_law_and_term() {
+    check::<1>([12]);
+}
+
+#[test]
+fn jacobian_2d_every_law_and_term() {
+    check::<2>([6, 5]);
+}
+
+#[test]
+fn jacobian_3d_every_law_and_term() {
+    check::<3>([4, 4, 3]);
+}
+
+#[test]
+fn table_6_1_ratio_is_constant_over_five_decades() {
+    // As printed: 30 particles in a square domain, ε from 1e-2 to 1e-6, ratio constant to its digits.
+    let mut model = model([6, 5], fluid(), CofactorChoice::Geometric, Some(stabilised(1.0, 0.0)), Some(Unknowns::Full));
+    let state = model.initial_state().expect("state");
+    let at = model.check_point(0.0, 0.05, &state, 0.04, 1).expect("check point");
+    let selection = model.term_selections()[0];
+    let report = model.taylor(&at, selection, &EPSILONS, 2).expect("Taylor");
+    let v = &report.blocks[0];
+    for row in &v.rows {
+        assert!((row.ratio / v.rows[2].ratio - 1.0).abs() < 0.01, "{v:?}");
+    }
+    // The displacement equation is linear: nothing but rounding.
+    assert!(report.blocks[2].is_linear(), "{report:?}");
+}
