@@ -7,10 +7,19 @@
 //!
 //! Keeping an old factor is not a mode: it is simply not calling [`LinearSolver::prepare`].
 
+mod choice;
+mod direct;
+mod factor;
+mod gmres;
+mod iteration;
+mod lu;
+mod scaling;
 mod sparse;
 
 use std::sync::Arc;
 
+pub use choice::LinearSolverChoice;
+pub use lu::SparseLu;
 pub use sparse::{SparseMatrix, SparsePattern};
 
 /// What is known about the symmetry of an operator, by construction (not by inspection).

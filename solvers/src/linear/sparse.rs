@@ -50,9 +50,14 @@ impl SparsePattern {
         &self.columns
     }
 
+    /// Where the entries of one row lie in the arrays of columns and values.
+    pub fn stored(&self, row: usize) -> std::ops::Range<usize> {
+        self.offsets[row]..self.offsets[row + 1]
+    }
+
     /// Columns of one row.
     pub fn row(&self, row: usize) -> &[usize] {
-        &self.columns[self.offsets[row]..self.offsets[row + 1]]
+        &self.columns[self.stored(row)]
     }
 }
 

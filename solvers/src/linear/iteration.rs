@@ -1,0 +1,85 @@
+//! What all iterations share: the operator as an action, an approximate inverse, limits and outcome.
+
+use super::{LinearCounts, LinearError, Tangent};
+use crate::vector::norm;
+
+/// `out = A v`.
+pub(super) type Action<'a> = dyn Fn(&[f64], &mut [f64]) + 'a;
+
+/// `M⁻¹ ≈ A⁻¹`: a preconditioner or a factor, fresh or stale.
+pub(super) trait ApproximateInverse: Send {
+    /// Name in words; empty for the identity.
+    fn name(&self) -> String;
+
+    /// Takes the operator at its present values.
+    fn prepare(&mut self, tangent: &dyn Tangent, counts: &mut LinearCounts) -> Result<(), LinearError>;
+
+    /// `z = M⁻¹ r`. Only after a successful preparation.
+    fn apply(&mut self, r: &[f64], z: &mut [f64]);
+
+    /// Stored entries.
+    fn fill(&self) -> usize;
+}
+
+/// When an iteration ends.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Limits {
+    /// Wanted `‖b − A x‖ / ‖b‖`.
+    pub(super) tolerance: f64,
+    /// Products with the operator, at most (two of BiCGStab count as one).
+    pub(super) max_iterations: usize,
+}
+
+/// Why an iteration ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Stop {
+    /// The true residual is small enough.
+    Converged,
+    /// Iterations are used up, or more of them would change nothing.
+    Limit,
+    /// A denominator vanished.
+    Breakdown,
+    /// `vᵀ A v / vᵀ v`, not positive.
+    NegativeCurvature(f64),
+    /// `A v = 0` for some `v`.
+    Singular,
+    /// NaN or infinity appeared.
+    NotFinite,
+}
+
+/// What an iteration came to; the residual is the true one of the `x` it leaves.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Outcome {
+    pub(super) iterations: usize,
+    pub(super) relative_residual: f64,
+    pub(super) stop: Stop,
+}
+
+/// Whether a residual is above a bound, or NaN.
+pub(super) fn misses(residual: f64, bound: f64) -> bool {
+    residual.is_nan() || residual > bound
+}
+
+/// `r = b − A x`, and its norm.
+pub(super) fn residual(action: &Action<'_>, b: &[f64], x: &[f64], r: &mut [f64]) -> f64 {
+    if x.iter().all(|&x| x == 0.0) {
+        r.copy_from_slice(b);
+    } else {
+        action(x, r);
+        r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+    }
+    norm(r)
+}
+
+/// Checks the vectors given to a solve.
+pub(super) fn check_vectors(size: usize, tangent: &dyn Tangent, b: &[f64], x: &[f64]) -> Result<(), LinearError> {
+    for found in [tangent.size(), b.len(), x.len()] {
+        if found != size {
+            return Err(LinearError::WrongLength { expected: size, found });
+        }
+    }
+    match crate::vector::first_not_finite(b) {
+        Some(row) => Err(LinearError::RightHandSideNotFinite { row }),
+        None => Ok(()),
+    }
+}
