@@ -3,6 +3,36 @@
 //! Explicit schemes need a [`System`]. Implicit schemes need a [`StageSystem`], which can pose the one
 //! problem that all of them are made of, `u = ũ + s f(t, u)`, in unknowns of its own choice. A scheme
 //! that conserves energy needs a [`ConservingSystem`]: not every system has an energy.
+//!
+//! A [`Stepper`] takes one accepted step after another on a [`TimeState`], by a [`Scheme`] and a
+//! [`StepControl`]. A step that fails leaves the state bit-identical; the stepper then tries another start,
+//! then shorter steps, and gives up with a [`StepFailure`] that tells every try.
+//!
+//! What this layer does not do: events, dense output, multi-step methods, splitting.
+
+mod attempt;
+mod control;
+mod diagonal;
+mod explicit;
+mod implicit;
+mod pace;
+mod report;
+mod rkc;
+mod scheme;
+mod stage;
+mod state;
+mod stepper;
+mod verlet;
+
+pub use control::{Adaptive, Effort, Retries, StepControl};
+pub use report::{FailedTry, Rejections, Statistics, StepCause, StepFailure, StepReport, StepperError};
+pub use rkc::{
+    DominantEigenvalue, RkcCoefficients, RkcOptions, RkcStages, rkc_growth, rkc_stability_limit, rkc_stages,
+    rkc_stages_by_courant,
+};
+pub use scheme::Scheme;
+pub use state::{ControlMemory, Memory, TimeState};
+pub use stepper::Stepper;
 
 use crate::EvaluationError;
 use crate::nonlinear::NonlinearProblem;
