@@ -86,7 +86,8 @@ pub struct ModelTimes {
 #[derive(Debug, Default)]
 struct Clocks {
     rate: AtomicU64,
-    assembly: AtomicU64,
+    linearisation: AtomicU64,
+    fill: AtomicU64,
 }
 
 impl Clocks {
@@ -96,7 +97,7 @@ impl Clocks {
 
     fn read(&self) -> ModelTimes {
         let duration = |clock: &AtomicU64| Duration::from_nanos(clock.load(Ordering::Relaxed));
-        ModelTimes { rate: duration(&self.rate), assembly: duration(&self.assembly) }
+        ModelTimes { rate: duration(&self.rate), assembly: duration(&self.linearisation) + duration(&self.fill) }
     }
 }
 
@@ -176,6 +177,21 @@ impl<const D: usize> Model<D> {
     /// Whether the equations are linear in the state, by the structure of the scene.
     pub fn is_linear(&self) -> bool {
         self.linear
+    }
+
+    /// Takes the caller's word that the equations are linear, or are to be treated as if they were not.
+    pub fn declare_linear(&mut self, linear: bool) {
+        self.linear = linear;
+    }
+
+    /// Stored entries of the tangent.
+    pub fn pattern_entries(&self) -> usize {
+        self.slots().pattern().entries()
+    }
+
+    /// Seconds spent writing the tangent's entries.
+    pub fn fill_seconds(&self) -> f64 {
+        self.clocks.fill.load(Ordering::Relaxed) as f64 * 1e-9
     }
 
     /// Time spent so far.

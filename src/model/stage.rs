@@ -106,7 +106,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// The particle of an entry of the state.
-    pub(super) fn particle_of_entry(&self, entry: usize) -> usize {
+    pub fn particle_of_entry(&self, entry: usize) -> usize {
         let n = self.particles();
         if entry < 2 * n * D { (entry % (n * D)) / D } else { entry - 2 * n * D }
     }
@@ -238,7 +238,7 @@ impl<const D: usize> NonlinearProblem for Model<D> {
         self.evaluate_stage(y)?;
         let start = Instant::now();
         self.freeze();
-        Clocks::add(&self.clocks.assembly, start);
+        Clocks::add(&self.clocks.linearisation, start);
         Ok(())
     }
 

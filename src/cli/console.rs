@@ -1,0 +1,167 @@
+//! What the user sees of a run. The only place (with its neighbours) that prints.
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "this is the command line's output")]
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use nicolson_solvers::time::StepFailure;
+
+use crate::output::{Report, Status};
+use crate::simulation::{Monitor, Plan, Progress};
+
+/// Seconds between two plain lines where there is no terminal.
+const QUIET_SECONDS: u64 = 5;
+
+/// Prints an error message.
+pub fn complain(message: &str) {
+    eprintln!("error: {message}");
+}
+
+/// Progress and summary of a run: a bar on a terminal, a plain line every few seconds elsewhere.
+pub struct Console {
+    quiet: bool,
+    directory: Option<PathBuf>,
+    bar: Option<ProgressBar>,
+    start: Instant,
+    last: Instant,
+}
+
+impl Console {
+    /// A console; `quiet` prints errors only.
+    pub fn new(quiet: bool, directory: Option<PathBuf>) -> Self {
+        Self { quiet, directory, bar: None, start: Instant::now(), last: Instant::now() }
+    }
+
+    fn line(progress: &Progress<'_>, elapsed: Duration) -> String {
+        let step = progress.step;
+        let done = progress.time / progress.end;
+        let left = if done > 0.0 { elapsed.as_secs_f64() * (1.0 - done) / done } else { f64::INFINITY };
+        let newton =
+            if step.newton.is_empty() { String::new() } else { format!("  Newton {}", step.newton_iterations) };
+        format!(
+            "t = {:.4e} s  Δt = {:.3e} s ({:.1} × explicit){newton}  ETA {left:.0} s",
+            progress.time,
+            step.step,
+            step.step / progress.explicit_step_limit,
+        )
+    }
+}
+
+impl Monitor for Console {
+    fn started(&mut self, plan: &Plan<'_>) {
+        for warning in plan.warnings {
+            eprintln!("warning: {warning}");
+        }
+        if self.quiet {
+            return;
+        }
+        let unknowns = if plan.unknowns > 0 { format!(", {} unknowns", plan.unknowns) } else { String::new() };
+        eprintln!(
+            "{}: {} particles{unknowns}, {} to t = {} s (explicit limit Δt = {:.3e} s)",
+            plan.title, plan.particles, plan.scheme, plan.end, plan.explicit_step_limit
+        );
+        if std::io::stderr().is_terminal() {
+            let bar = ProgressBar::new(1000);
+            if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {
+                bar.set_style(style);
+            }
+            self.bar = Some(bar);
+        }
+        (self.start, self.last) = (Instant::now(), Instant::now());
+    }
+
+    fn stepped(&mut self, progress: &Progress<'_>) {
+        if self.quiet {
+            return;
+        }
+        match &self.bar {
+            Some(bar) if self.last.elapsed() > Duration::from_millis(100) => {
+                bar.set_position((1000.0 * progress.time / progress.end) as u64);
+                bar.set_message(Self::line(progress, self.start.elapsed()));
+                self.last = Instant::now();
+            }
+            None if self.last.elapsed() > Duration::from_secs(QUIET_SECONDS) => {
+                eprintln!("{}", Self::line(progress, self.start.elapsed()));
+                self.last = Instant::now();
+            }
+            _ => {}
+        }
+    }
+
+    fn failed(&mut self, failure: &StepFailure) {
+        if !self.quiet {
+            for tried in failure.tries.iter().take(3) {
+                eprintln!("rejected Δt = {:.3e} s: {}", tried.step, tried.cause);
+            }
+        }
+    }
+
+    fn finished(&mut self, report: &Report) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+        if let Some(message) = &report.message {
+            complain(message);
+        }
+        if self.quiet {
+            return;
+        }
+        let state = match report.status {
+            Status::Completed => "done",
+            Status::Failed => "failed",
+            Status::Interrupted => "interrupted",
+        };
+        println!(
+            "{state}: t = {} s, {} steps ({} rejected), {} Newton iterations, {} factorisations, {:.2} s",
+            report.time_reached,
+            report.steps.accepted,
+            report.steps.rejected,
+            report.newton.iterations,
+            report.linear.factorisations,
+            report.wall_seconds.total
+        );
+        if let Some(drift) = report.energy.max_relative_drift {
+            println!(
+                "energy: {:.6e} J at the start, {:.6e} J at the end, {:.6e} J dissipated; largest drift {drift:.1e}",
+                report.energy.initial, report.energy.r#final, report.energy.dissipated
+            );
+        }
+        for (field, e) in &report.errors {
+            println!("error of {field}: L1 {:.4e}  L2 {:.4e}  L∞ {:.4e}", e.l1, e.l2, e.linf);
+        }
+        for (name, probe) in &report.probes {
+            println!("probe {name}: u = {:?} m", probe.displacement);
+        }
+        println!("{}", breakdown(report));
+        if let Some(directory) = &self.directory {
+            println!("results in {}", directory.display());
+        }
+    }
+}
+
+/// Where the time went, and what would help.
+fn breakdown(report: &Report) -> String {
+    let w = &report.wall_seconds;
+    let parts = [
+        ("set-up", w.setup, "fewer particles, or a smaller smoothing"),
+        ("rates", w.rate, "a larger step, or more threads"),
+        ("assembly", w.assembly, "newton.tangent = \"modified\" or \"lagged\""),
+        ("factorisation", w.factorisation, "newton.tangent = \"lagged\", or an iterative linear.solver"),
+        ("linear solves", w.solve, "newton.tangent = \"full\" (fewer iterations)"),
+        ("output", w.output, "a larger output.interval"),
+    ];
+    let total = w.total.max(f64::MIN_POSITIVE);
+    let mut text = String::from("time:");
+    for (name, seconds, _) in &parts {
+        text += &format!(" {name} {:.0} %", 100.0 * seconds / total);
+    }
+    if let Some((name, seconds, hint)) = parts.iter().max_by(|a, b| a.1.total_cmp(&b.1))
+        && *seconds > 0.5 * total
+        && total > 1.0
+    {
+        text += &format!("; most goes into {name}: {hint} would help");
+    }
+    text
+}

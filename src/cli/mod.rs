@@ -1,0 +1,168 @@
+//! The command line: `run`, `check`, `jacobian`, `list`.
+//!
+//! Exit codes: 0 done; 2 wrong usage or scene; 3 the simulation failed numerically (or the disk
+//! refused), with the results so far on disk; 130 interrupted.
+
+mod check;
+mod console;
+mod jacobian;
+mod list;
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::{Args, Parser, Subcommand};
+
+use console::{Console, complain};
+
+use crate::output::Status;
+use crate::scene::Scene;
+use crate::simulation::{self, RunError, RunOptions};
+
+/// Everything was done.
+pub const DONE: u8 = 0;
+/// Wrong usage, or an impossible scene.
+pub const WRONG_INPUT: u8 = 2;
+/// The simulation failed; results so far are on disk.
+pub const FAILED: u8 = 3;
+/// Interrupted by the user.
+pub const INTERRUPTED: u8 = 130;
+
+/// Implicit-first Total Lagrangian SPH: a scene file in, a verified simulation out.
+#[derive(Debug, Parser)]
+#[command(name = "nicolson", version, about, long_about = None)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a scene and write its results.
+    Run {
+        #[command(flatten)]
+        scene: SceneArguments,
+        /// Directory for results [default: results/SCENE].
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// No progress, no summary: only errors.
+        #[arg(long)]
+        quiet: bool,
+    },
+    /// Validate a scene and predict its cost; runs nothing.
+    Check {
+        #[command(flatten)]
+        scene: SceneArguments,
+    },
+    /// Check the analytic Jacobian of a scene: Taylor remainders per block and term, and differences.
+    Jacobian {
+        #[command(flatten)]
+        scene: SceneArguments,
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// List schemes, solvers, laws and kernels, and the scenes of a directory.
+    List {
+        /// Directory with scene files.
+        #[arg(default_value = "examples")]
+        directory: PathBuf,
+    },
+}
+
+#[derive(Debug, Args)]
+struct SceneArguments {
+    /// Scene file (TOML).
+    #[arg(value_name = "SCENE.toml")]
+    scene: PathBuf,
+    /// Override a key of the scene; may be repeated.
+    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
+    overrides: Vec<String>,
+    /// Number of threads [default: all cores]. Results do not depend on it.
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+}
+
+/// Runs the command line and returns the exit code.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let parsed = match Arguments::try_parse_from(&arguments) {
+        Ok(parsed) => parsed,
+        Err(error) => {
+            // Help and version come this way too, with exit code 0.
+            let _ = error.print();
+            return u8::try_from(error.exit_code()).unwrap_or(WRONG_INPUT);
+        }
+    };
+    let command: Vec<String> = arguments.iter().map(|a| a.to_string_lossy().into_owned()).collect();
+    match parsed.command {
+        Command::Run { scene, out, quiet } => on_scene(&scene, |loaded| {
+            let directory = out.unwrap_or_else(|| default_directory(&scene.scene));
+            run_scene(loaded, RunOptions { directory: Some(directory), command: command.join(" ") }, quiet)
+        }),
+        Command::Check { scene } => on_scene(&scene, |loaded| check::check(loaded)),
+        Command::Jacobian { scene, json } => on_scene(&scene, |loaded| jacobian::jacobian(loaded, json)),
+        Command::List { directory } => list::list(&directory),
+    }
+}
+
+/// Reads the scene and calls `then` inside a pool of the wanted size.
+fn on_scene(arguments: &SceneArguments, then: impl FnOnce(&Scene) -> u8 + Send) -> u8 {
+    let mut overrides = Vec::new();
+    for text in &arguments.overrides {
+        match text.split_once('=') {
+            Some((key, value)) => overrides.push((key.trim().to_owned(), value.trim().to_owned())),
+            None => {
+                complain(&format!("--set {text}: expected KEY.PATH=VALUE, as in --set time.step=0.01"));
+                return WRONG_INPUT;
+            }
+        }
+    }
+    let scene = match Scene::read(&arguments.scene, &overrides) {
+        Ok(scene) => scene,
+        Err(errors) => {
+            complain(&errors.to_string());
+            return WRONG_INPUT;
+        }
+    };
+    if arguments.threads == Some(0) {
+        complain("--threads 0: at least one thread is needed");
+        return WRONG_INPUT;
+    }
+    match rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.unwrap_or(0)).build() {
+        Ok(pool) => pool.install(|| then(&scene)),
+        Err(error) => {
+            complain(&format!("cannot start the threads: {error}"));
+            WRONG_INPUT
+        }
+    }
+}
+
+/// `results/NAME` for `path/to/NAME.toml`.
+fn default_directory(scene: &std::path::Path) -> PathBuf {
+    PathBuf::from("results").join(scene.file_stem().unwrap_or_default())
+}
+
+fn run_scene(scene: &Scene, options: RunOptions, quiet: bool) -> u8 {
+    let interrupt = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupt);
+    // A second handler (in tests, which share a process) is refused; the first one serves.
+    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let mut console = Console::new(quiet, options.directory.clone());
+    match simulation::run(scene, &options, &mut console, &interrupt) {
+        Ok(outcome) => match outcome.report.status {
+            Status::Completed => DONE,
+            Status::Interrupted => INTERRUPTED,
+            Status::Failed => FAILED,
+        },
+        Err(error) => report_error(&error),
+    }
+}
+
+/// Prints an error and returns its exit code.
+fn report_error(error: &RunError) -> u8 {
+    complain(&error.to_string());
+    if error.is_input() { WRONG_INPUT } else { FAILED }
+}

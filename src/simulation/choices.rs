@@ -1,0 +1,113 @@
+//! Names in a scene ↔ choices of the solvers.
+
+use nicolson_solvers::linear::LinearSolverChoice;
+use nicolson_solvers::nonlinear::{Forcing, Globalisation, NewtonOptions, TangentPolicy};
+use nicolson_solvers::time::{Adaptive, RkcOptions, Scheme, StepControl};
+
+use super::RunError;
+use crate::model::{Model, Unknowns};
+use crate::scene::Scene;
+use crate::scene::settings::{self, StepChoice, TimeSettings};
+
+/// The time scheme.
+pub fn scheme(time: &TimeSettings) -> Result<Scheme, RunError> {
+    Ok(match time.scheme {
+        settings::Scheme::ForwardEuler => Scheme::ForwardEuler,
+        settings::Scheme::TvdRk2 => Scheme::TvdRk2,
+        settings::Scheme::TvdRk3 => Scheme::TvdRk3,
+        settings::Scheme::Rk4 => Scheme::Rk4,
+        settings::Scheme::Rkc => Scheme::Rkc(RkcOptions::default()),
+        settings::Scheme::VelocityVerlet => Scheme::VelocityVerlet,
+        settings::Scheme::BackwardEuler => Scheme::BackwardEuler,
+        settings::Scheme::CrankNicolson => Scheme::CrankNicolson,
+        settings::Scheme::Theta { theta } => Scheme::Theta(theta),
+        settings::Scheme::Midpoint => Scheme::Midpoint,
+        settings::Scheme::TrBdf2 => Scheme::TrBdf2,
+        settings::Scheme::Sdirk3 => Scheme::Sdirk3,
+        settings::Scheme::GeneralisedAlpha { spectral_radius } => Scheme::GeneralisedAlpha { spectral_radius },
+        settings::Scheme::EnergyMomentum => Scheme::EnergyMomentum,
+        settings::Scheme::Static => {
+            return Err(RunError::Choice(
+                "time.scheme = \"static\" needs a law that resists shear, and there is none yet: choose a dynamic scheme"
+                    .into(),
+            ));
+        }
+    })
+}
+
+/// The unknowns; `None` lets the model choose.
+pub fn unknowns(choice: settings::Unknowns) -> Option<Unknowns> {
+    match choice {
+        settings::Unknowns::Auto => None,
+        settings::Unknowns::Velocity => Some(Unknowns::Velocity),
+        settings::Unknowns::VelocityJacobian => Some(Unknowns::VelocityJacobian),
+        settings::Unknowns::Full => Some(Unknowns::Full),
+    }
+}
+
+/// Newton's method.
+pub fn newton(scene: &Scene) -> NewtonOptions {
+    let newton = &scene.newton;
+    NewtonOptions {
+        relative_tolerance: newton.relative_tolerance,
+        scale_tolerance: newton.scale_tolerance,
+        max_iterations: newton.max_iterations,
+        tangent: match newton.tangent {
+            settings::TangentPolicy::Full => TangentPolicy::default(),
+            settings::TangentPolicy::Modified => TangentPolicy::Modified,
+            settings::TangentPolicy::Lagged => TangentPolicy::lagged(),
+            settings::TangentPolicy::Lbfgs => TangentPolicy::lbfgs(),
+            settings::TangentPolicy::Broyden => TangentPolicy::broyden(),
+        },
+        globalisation: match newton.line_search {
+            settings::LineSearch::None => Globalisation::None,
+            settings::LineSearch::Backtracking => Globalisation::Backtracking,
+            settings::LineSearch::MoreThuente => Globalisation::MoreThuente,
+            settings::LineSearch::HagerZhang => Globalisation::HagerZhang,
+            settings::LineSearch::TrustRegion => Globalisation::TrustRegion { initial_radius: None },
+        },
+        forcing: match newton.forcing {
+            settings::Forcing::Constant => Forcing::Constant(scene.linear.tolerance),
+            settings::Forcing::EisenstatWalker1 => Forcing::eisenstat_walker_1(),
+            settings::Forcing::EisenstatWalker2 => Forcing::eisenstat_walker_2(),
+        },
+        ..NewtonOptions::default()
+    }
+}
+
+/// The linear solver.
+pub fn linear(scene: &Scene) -> Result<LinearSolverChoice, RunError> {
+    Ok(match scene.linear.solver {
+        settings::SolverChoice::Auto | settings::SolverChoice::Lu => LinearSolverChoice::Lu,
+        other => return Err(RunError::Choice(format!("linear.solver = {other:?} is not available"))),
+    })
+}
+
+/// The rule for the step.
+pub fn control<const D: usize>(time: &TimeSettings, model: &Model<D>) -> StepControl {
+    match (&time.adaptive, time.step) {
+        (Some(adaptive), step) => {
+            let mut control = Adaptive::new(adaptive.relative_tolerance, adaptive.absolute_tolerance);
+            if let StepChoice::Fixed(first) = step {
+                control.first = Some(first);
+            }
+            control.smallest = time.minimum_step.unwrap_or(0.0);
+            // Entries of the state have different units: each is measured against its own natural size.
+            let n = model.particles() * D;
+            let size = |i: usize| match i / n {
+                0 => model.smallest_distance(),
+                1 => model.material(i % n / D).wave_speed(),
+                _ => 1.0,
+            };
+            control.absolute_entries = Some(
+                (0..n * 2 + model.particles())
+                    .map(|i| adaptive.absolute_tolerance.max(1e-2 * adaptive.relative_tolerance * size(i)))
+                    .collect(),
+            );
+            StepControl::Adaptive(control)
+        }
+        (None, StepChoice::Fixed(step)) => StepControl::Fixed { step },
+        // The model's limit contains the factor already.
+        (None, StepChoice::Cfl(_)) => StepControl::Cfl { factor: 1.0 },
+    }
+}

@@ -1,0 +1,106 @@
+//! Field output: VTU frames in time, and the final picture.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use crate::model::Model;
+use crate::output::{ColourMap, Frame, OutOfPlane, OutputError, ParticlePlot, Precision, Series, Tensor};
+use crate::scene::settings::OutputField;
+use crate::tensor::Tensor as SmallTensor;
+
+/// Writes frames into a directory, with `fields.pvd` as their index.
+pub struct Frames {
+    directory: PathBuf,
+    fields: Vec<OutputField>,
+    provenance: String,
+    series: Series,
+}
+
+impl Frames {
+    /// Frames of the chosen fields; `provenance` is stored in every file.
+    pub fn new(directory: &Path, fields: &[OutputField], provenance: String) -> Self {
+        Self {
+            directory: directory.to_path_buf(),
+            fields: fields.to_vec(),
+            provenance,
+            series: Series::new(&directory.join("fields.pvd")),
+        }
+    }
+
+    /// Writes one frame.
+    ///
+    /// # Errors
+    /// If the disk refuses.
+    pub fn write<const D: usize>(&mut self, model: &Model<D>, time: f64, state: &[f64]) -> Result<(), OutputError> {
+        let positions = current_positions(model, state);
+        let pressures = model.pressures(state);
+        let gradients: Vec<f64> = if self.fields.contains(&OutputField::DeformationGradient) {
+            (0..model.particles())
+                .flat_map(|a| {
+                    let f = SmallTensor::<D>::identity() + model.gradient().of(a, model.displacements(state));
+                    // Row by row, as viewers read tensors.
+                    (0..D * D).map(move |k| f[(k / D, k % D)]).collect::<Vec<_>>()
+                })
+                .collect()
+        } else {
+            Vec::new()
+        };
+        let mut frame = Frame {
+            time,
+            dim: D,
+            positions: &positions,
+            scalars: Vec::new(),
+            vectors: Vec::new(),
+            tensors: Vec::new(),
+            provenance: &self.provenance,
+        };
+        for field in &self.fields {
+            match field {
+                OutputField::Pressure => frame.scalars.push(("pressure", Cow::Borrowed(&pressures[..]))),
+                OutputField::Jacobian => frame.scalars.push(("jacobian", Cow::Borrowed(model.volume_ratios(state)))),
+                OutputField::Velocity => frame.vectors.push(("velocity", Cow::Borrowed(model.velocities_of(state)))),
+                OutputField::Displacement => {
+                    frame.vectors.push(("displacement", Cow::Borrowed(model.displacements(state))));
+                }
+                OutputField::DeformationGradient => frame.tensors.push(Tensor {
+                    name: "deformation_gradient",
+                    values: Cow::Borrowed(&gradients[..]),
+                    out_of_plane: OutOfPlane::Identity,
+                }),
+            }
+        }
+        let name = format!("fields-{:05}.vtu", self.series.frames());
+        let path = self.directory.join(&name);
+        frame.write(&path, Precision::Double)?;
+        self.series.append(time, &path)
+    }
+}
+
+/// Draws the particles coloured by pressure.
+///
+/// # Errors
+/// If the disk refuses.
+pub fn draw_particles<const D: usize>(
+    model: &Model<D>,
+    time: f64,
+    state: &[f64],
+    path_without_extension: &Path,
+) -> Result<[PathBuf; 2], OutputError> {
+    let positions = current_positions(model, state);
+    let values = model.pressures(state);
+    ParticlePlot {
+        title: &model.setup().title,
+        time,
+        dim: D,
+        positions: &positions,
+        values: &values,
+        label: "pressure [Pa]",
+        spacing: model.setup().bodies.first().map_or(1.0, |body| body.spacing),
+        colours: ColourMap::default(),
+    }
+    .write(path_without_extension)
+}
+
+fn current_positions<const D: usize>(model: &Model<D>, state: &[f64]) -> Vec<f64> {
+    (0..model.particles()).flat_map(|a| model.position(state, a).iter().copied().collect::<Vec<_>>()).collect()
+}

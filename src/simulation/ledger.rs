@@ -1,0 +1,219 @@
+//! The energy and momentum ledger of a run.
+//!
+//! ```text
+//! total(t) = kinetic + internal − external work        ledger error = total(t) + dissipated(t) − total(0)
+//! ```
+//!
+//! Works of loads are integrated by the trapezoidal rule along the path, `½(f₀ + f₁)·Δu`, exact for
+//! dead loads; dissipation by the trapezoidal rule in time. The work of a moving constraint is the
+//! change of kinetic energy of what it moves, less the work of the other forces on it.
+
+use nicolson_solvers::EvaluationError;
+
+use crate::model::{Energies, Model};
+use crate::setup::Constraint;
+
+/// One row of the ledger.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Entry {
+    /// Kinetic energy, J.
+    pub kinetic: f64,
+    /// Internal energy, J.
+    pub internal: f64,
+    /// Work of loads and moving constraints since the start, J.
+    pub external: f64,
+    /// Energy dissipated by upwinding since the start, J.
+    pub dissipated: f64,
+    /// `kinetic + internal − external`, J.
+    pub total: f64,
+}
+
+/// What the ledger says about a whole run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Summary {
+    /// Total energy at the start and at the end, J.
+    pub totals: (f64, f64),
+    /// Largest `|total(t) − total(0)|` over the energy scale.
+    pub drift: f64,
+    /// Largest `|total(t) + dissipated(t) − total(0)|` over the energy scale.
+    pub ledger_error: f64,
+    /// Energy dissipated, J.
+    pub dissipated: f64,
+    /// Largest drift of linear momentum over its scale; `None` for a body that is held or loaded.
+    pub linear_momentum: Option<f64>,
+    /// Largest drift of angular momentum over its scale; `None` as above, and in 1D.
+    pub angular_momentum: Option<f64>,
+}
+
+/// Keeps the books step by step.
+#[derive(Debug, Default)]
+pub struct Ledger {
+    entry: Entry,
+    initial: f64,
+    largest_drift: f64,
+    largest_error: f64,
+    /// Largest kinetic energy and largest change of internal energy: the scale if the total is zero.
+    exchange: f64,
+    dissipation: f64,
+    time: f64,
+    displacement: Vec<f64>,
+    /// Forces whose work counts, at the last entry: loads, and all forces on moving constraints.
+    loads: Vec<f64>,
+    forces: Vec<f64>,
+    moving: Vec<usize>,
+    constraint_kinetic: f64,
+    momentum: Option<Momenta>,
+}
+
+#[derive(Debug)]
+struct Momenta {
+    linear: Vec<f64>,
+    angular: [f64; 3],
+    drift: (f64, f64),
+    scale: (f64, f64),
+}
+
+impl Ledger {
+    /// Opens the books at the initial state.
+    ///
+    /// # Errors
+    /// If the state is outside the domain of the law.
+    pub fn open<const D: usize>(
+        model: &mut Model<D>,
+        time: f64,
+        state: &[f64],
+    ) -> Result<Self, EvaluationError> {
+        let mut ledger = Self { time, ..Self::default() };
+        for (a, constraints) in model.setup().constraints.iter().enumerate() {
+            for (i, constraint) in constraints.iter().enumerate() {
+                if matches!(constraint, Constraint::Moving(_)) {
+                    ledger.moving.push(a * D + i);
+                }
+            }
+        }
+        if model.has_loads() {
+            model.loads_at(time, &mut ledger.loads)?;
+        }
+        if !ledger.moving.is_empty() {
+            model.forces_at(time, state, &mut ledger.forces)?;
+            ledger.constraint_kinetic = ledger.kinetic_of_moving(model, state);
+        }
+        ledger.displacement.extend_from_slice(model.displacements(state));
+        ledger.dissipation = model.dissipation(time, state)?;
+        if model.is_free() {
+            let linear: Vec<f64> = model.linear_momentum(state).iter().copied().collect();
+            let mut momenta = Momenta {
+                linear,
+                angular: model.angular_momentum(state),
+                drift: (0.0, 0.0),
+                scale: (0.0, 0.0),
+            };
+            momenta.follow(model, state);
+            ledger.momentum = Some(momenta);
+        }
+        ledger.write(model.energies(state));
+        ledger.initial = ledger.entry.total;
+        ledger.exchange = ledger.entry.kinetic;
+        Ok(ledger)
+    }
+
+    /// The last row.
+    pub fn entry(&self) -> Entry {
+        self.entry
+    }
+
+    /// Adds the row of an accepted step.
+    ///
+    /// # Errors
+    /// If the state is outside the domain of the law.
+    pub fn follow<const D: usize>(
+        &mut self,
+        model: &mut Model<D>,
+        time: f64,
+        state: &[f64],
+    ) -> Result<Entry, EvaluationError> {
+        // The dissipation first: it may find its forces where the step has left them.
+        let dissipation = model.dissipation(time, state)?;
+        self.entry.dissipated += 0.5 * (self.dissipation + dissipation) * (time - self.time);
+        self.dissipation = dissipation;
+        if !self.moving.is_empty() {
+            let before = std::mem::take(&mut self.forces);
+            model.forces_at(time, state, &mut self.forces)?;
+            let moved = model.displacements(state);
+            let work: f64 = self
+                .moving
+                .iter()
+                .map(|&i| 0.5 * (before[i] + self.forces[i]) * (moved[i] - self.displacement[i]))
+                .sum();
+            let kinetic = self.kinetic_of_moving(model, state);
+            self.entry.external += kinetic - self.constraint_kinetic - work;
+            self.constraint_kinetic = kinetic;
+        }
+        if !self.loads.is_empty() {
+            let before = std::mem::take(&mut self.loads);
+            model.loads_at(time, &mut self.loads)?;
+            let moved = model.displacements(state);
+            self.entry.external += before
+                .iter()
+                .zip(&self.loads)
+                .zip(moved.iter().zip(&self.displacement))
+                .map(|((f0, f1), (u1, u0))| 0.5 * (f0 + f1) * (u1 - u0))
+                .sum::<f64>();
+        }
+        self.displacement.copy_from_slice(model.displacements(state));
+        self.time = time;
+        self.write(model.energies(state));
+        self.exchange = self.exchange.max(self.entry.kinetic);
+        self.largest_drift = self.largest_drift.max((self.entry.total - self.initial).abs());
+        let error = self.entry.total + self.entry.dissipated - self.initial;
+        self.largest_error = self.largest_error.max(error.abs());
+        if let Some(momenta) = &mut self.momentum {
+            momenta.follow(model, state);
+        }
+        Ok(self.entry)
+    }
+
+    fn write(&mut self, energies: Energies) {
+        self.entry.kinetic = energies.kinetic;
+        self.entry.internal = energies.internal;
+        self.entry.total = energies.kinetic + energies.internal - self.entry.external;
+    }
+
+    fn kinetic_of_moving<const D: usize>(&self, model: &Model<D>, state: &[f64]) -> f64 {
+        let velocity = model.velocities_of(state);
+        self.moving.iter().map(|&i| 0.5 * model.masses()[i / D] * velocity[i] * velocity[i]).sum()
+    }
+
+    /// Closes the books.
+    pub fn summary(&self) -> Summary {
+        let scale = self.initial.abs().max(self.exchange).max(f64::MIN_POSITIVE);
+        let relative = |drift: f64, scale: f64| if drift == 0.0 { 0.0 } else { drift / scale.max(f64::MIN_POSITIVE) };
+        let momentum = self.momentum.as_ref();
+        Summary {
+            totals: (self.initial, self.entry.total),
+            drift: self.largest_drift / scale,
+            ledger_error: self.largest_error / scale,
+            dissipated: self.entry.dissipated,
+            linear_momentum: momentum.map(|m| relative(m.drift.0, m.scale.0)),
+            angular_momentum: momentum.filter(|m| m.linear.len() > 1).map(|m| relative(m.drift.1, m.scale.1)),
+        }
+    }
+}
+
+impl Momenta {
+    fn follow<const D: usize>(&mut self, model: &Model<D>, state: &[f64]) {
+        let linear = model.linear_momentum(state);
+        let change = linear.iter().zip(&self.linear).map(|(p, p0)| (p - p0).powi(2)).sum::<f64>().sqrt();
+        let angular = model.angular_momentum(state);
+        let turn = angular.iter().zip(&self.angular).map(|(l, l0)| (l - l0).powi(2)).sum::<f64>().sqrt();
+        self.drift = (self.drift.0.max(change), self.drift.1.max(turn));
+        // The scale is the sum of magnitudes: the total itself may be zero.
+        let (mut p, mut l) = (0.0, 0.0);
+        for (a, mass) in model.masses().iter().enumerate() {
+            let v = crate::tensor::vector_at::<D>(model.velocities_of(state), a);
+            p += mass * v.norm();
+            l += mass * v.norm() * model.position(state, a).norm();
+        }
+        self.scale = (self.scale.0.max(p), self.scale.1.max(l));
+    }
+}

@@ -1,0 +1,193 @@
+//! Everything between reading a scene and its first step; also what `nicolson check` predicts.
+
+use nicolson_solvers::nonlinear::NewtonSolver;
+use nicolson_solvers::time::{Retries, StageSystem, StepFailure, Stepper, System, TimeState};
+
+use super::{RunError, choices};
+use crate::model::{CheckPoint, Model};
+use crate::scene::Scene;
+use crate::scene::settings::{self, StepChoice};
+
+/// A scene ready for its first step.
+pub struct Prepared<const D: usize> {
+    /// The semi-discrete system.
+    pub model: Model<D>,
+    /// Scheme and step control.
+    pub stepper: Stepper,
+    /// Time and state.
+    pub state: TimeState,
+    /// Time at which the run ends, s.
+    pub end: f64,
+    /// Largest stable explicit step at the start, s: `α_CFL d_min / c_max` (4.3).
+    pub explicit_step_limit: f64,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// What a run will need, as far as it can be said without running.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Forecast {
+    /// Number of particles.
+    pub particles: usize,
+    /// Unknowns of an implicit step; 0 for an explicit scheme.
+    pub unknowns: usize,
+    /// Stored entries of the tangent; 0 for an explicit scheme.
+    pub entries: usize,
+    /// Neighbours of a particle on average, itself included.
+    pub mean_neighbours: f64,
+    /// Memory, bytes: tables, state, tangent and an estimate of its factor.
+    pub memory: f64,
+    /// Largest stable explicit step at the start, s.
+    pub explicit_step_limit: f64,
+    /// Step of the scene, s.
+    pub step: f64,
+    /// Steps to the end at that step.
+    pub steps: f64,
+    /// Whether the equations are linear: one factorisation serves the whole run.
+    pub linear: bool,
+}
+
+/// Builds model, initial state and stepper of a scene.
+///
+/// # Errors
+/// [`RunError`] for an impossible scene.
+pub fn prepare<const D: usize>(scene: &Scene) -> Result<Prepared<D>, RunError> {
+    let (setup, mut warnings) = scene.setup::<D>()?;
+    let time = &scene.time;
+    let scheme = choices::scheme(time)?;
+    let cfl = match time.step {
+        StepChoice::Cfl(factor) => Some(factor),
+        StepChoice::Fixed(_) => None,
+    };
+    let mut model = Model::new(setup, choices::unknowns(scene.newton.unknowns), cfl)?;
+    let values = model.initial_state()?;
+    let explicit_step_limit = model.stable_step(0.0, &values);
+    let newton = if scheme.is_implicit() {
+        if let Some(declared) = scene.newton.declared_linear {
+            declare(&mut model, &values, declared, first_step(time, explicit_step_limit))?;
+        }
+        Some(NewtonSolver::new(choices::newton(scene), choices::linear(scene)?.build()))
+    } else {
+        None
+    };
+    if let Some(upwind) = model.upwind()
+        && upwind.feeding_pairs() > 0
+    {
+        warnings.push(format!(
+            "{} pairs have N·g < 0 with the corrected gradient: there D_v feeds energy instead of dissipating it; \
+             stabilisation.gradient = \"plain\" is provably dissipative",
+            upwind.feeding_pairs()
+        ));
+    }
+    let control = choices::control(time, &model);
+    let mut retries = Retries::default();
+    if let (Some(minimum), StepChoice::Fixed(step)) = (time.minimum_step, time.step) {
+        retries.smallest_fraction = (minimum / step).min(1.0);
+    }
+    let stepper = Stepper::new(scheme, control, newton)
+        .and_then(|stepper| stepper.with_retries(retries))
+        .map_err(|error| RunError::Choice(error.to_string()))?;
+    Ok(Prepared { model, stepper, state: TimeState::new(0.0, values), end: time.end, explicit_step_limit, warnings })
+}
+
+/// First step of a scene, s.
+fn first_step(time: &settings::TimeSettings, limit: f64) -> f64 {
+    match time.step {
+        StepChoice::Fixed(step) => step,
+        StepChoice::Cfl(_) => limit,
+    }
+}
+
+/// Takes a scene's word that its equations are linear (or not), after checking it: the tangents at
+/// two points in general position must agree.
+fn declare<const D: usize>(
+    model: &mut Model<D>,
+    values: &[f64],
+    declared: bool,
+    step: f64,
+) -> Result<(), RunError> {
+    if declared && !model.is_linear() {
+        let difference = tangent_difference(model, values, step).map_err(RunError::Choice)?;
+        if difference > 1e-12 {
+            return Err(RunError::Choice(format!(
+                "newton.linear = true, but the tangent changes by {difference:.1e} (relative) between two states: \
+                 the equations are not linear; remove the key"
+            )));
+        }
+    }
+    model.declare_linear(declared);
+    Ok(())
+}
+
+fn tangent_difference<const D: usize>(model: &mut Model<D>, values: &[f64], step: f64) -> Result<f64, String> {
+    let mut matrices = Vec::new();
+    for seed in [1, 2] {
+        let at = model.check_point(0.0, step, values, 0.02, seed).map_err(|e| e.to_string())?;
+        let CheckPoint { time, shift, base, unknowns } = at;
+        model.begin_stage(time, shift, &base);
+        nicolson_solvers::nonlinear::NonlinearProblem::linearise(model, &unknowns).map_err(|e| e.to_string())?;
+        matrices.push(model.tangent_matrix());
+    }
+    let largest = matrices[0].values().iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let change = matrices[0].values().iter().zip(matrices[1].values()).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+    Ok(change / largest.max(f64::MIN_POSITIVE))
+}
+
+impl<const D: usize> Prepared<D> {
+    /// Unknowns of an implicit step; 0 for an explicit scheme.
+    pub fn unknowns(&self) -> usize {
+        if self.stepper.scheme().is_implicit() { self.model.unknown_count() } else { 0 }
+    }
+
+    /// A failed step in words: where it stood, why, and what to try.
+    pub fn explain(&self, failure: &StepFailure) -> String {
+        let remedy = if self.stepper.scheme().is_implicit() {
+            "try a smaller time.step, stabilisation, or scheme = \"energy_momentum\""
+        } else {
+            "try a smaller time.cfl or time.step, or an implicit scheme"
+        };
+        let mut text = failure.to_string();
+        if let Some(nicolson_solvers::time::StepCause::NotFinite { index, .. }) = failure.cause() {
+            let particle = self.model.particle_of_entry(*index);
+            text = format!("{text}, at {}", self.model.describe_particle(particle));
+        }
+        format!("{text}; {remedy}")
+    }
+
+    /// What the run will need.
+    pub fn forecast(&self, scene: &Scene) -> Forecast {
+        let model = &self.model;
+        let pairs = model.gradient().neighbourhood.pairs() as f64;
+        let particles = model.particles();
+        let implicit = self.stepper.scheme().is_implicit();
+        let entries = if implicit { model.pattern_entries() } else { 0 };
+        let tensor = (D * D * 8) as f64;
+        let mut memory = pairs * (8.0 + 8.0 * D as f64) + particles as f64 * (5.0 * tensor + 200.0);
+        if model.upwind().is_some() {
+            memory += pairs * 8.0 * (1 + D) as f64;
+        }
+        if implicit {
+            // Values and columns, held twice (assembled and factored copy), slots, and a factor whose
+            // fill grows as n log n in 2D and n^(4/3) in 3D.
+            let n = self.unknowns() as f64;
+            let fill = match D {
+                1 => 3.0 * entries as f64,
+                2 => entries as f64 * (1.0 + 0.6 * n.max(2.0).log2()),
+                _ => entries as f64 * n.max(1.0).powf(1.0 / 3.0),
+            };
+            memory += entries as f64 * 32.0 + fill * 12.0 + pairs * pairs / particles.max(1) as f64 * 4.0;
+        }
+        let step = first_step(&scene.time, self.explicit_step_limit);
+        Forecast {
+            particles,
+            unknowns: self.unknowns(),
+            entries,
+            mean_neighbours: pairs / particles.max(1) as f64,
+            memory,
+            explicit_step_limit: self.explicit_step_limit,
+            step,
+            steps: (scene.time.end / step).ceil(),
+            linear: implicit && model.is_linear(),
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! Everything a run leaves on disk, and the report.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use nicolson_solvers::time::StepReport;
+
+use super::frames::{Frames, draw_particles};
+use super::ledger::Ledger;
+use super::probes::Gauge;
+use super::{Prepared, RunError, RunOptions, Times, comparison};
+use crate::output::{
+    EnergyBudget, HistoryColumns, LinearWork, NewtonWork, ProbeColumns, Provenance, Report, Status, Steps, Table,
+    WallSeconds, prepare_directory,
+};
+use crate::scene::Scene;
+
+/// Columns of `history.csv`.
+const HISTORY: [&str; 9] =
+    ["t", "dt", "kinetic", "internal", "external", "dissipated", "total", "newton_iterations", "rejected"];
+
+/// Writes histories, probes and frames as the run goes on, plots and report at its end.
+pub struct Recorder<const D: usize> {
+    directory: Option<PathBuf>,
+    provenance: Provenance,
+    ledger: Ledger,
+    keeps_history: bool,
+    history: Option<Table>,
+    columns: HistoryColumns,
+    gauges: Vec<Gauge<D>>,
+    probe_table: Option<Table>,
+    probe_columns: ProbeColumns,
+    frames: Option<Frames>,
+    interval: Option<f64>,
+    frame_count: usize,
+    last_frame: f64,
+    plots: bool,
+    spent: Duration,
+}
+
+impl<const D: usize> Recorder<D> {
+    /// Opens all files and writes the initial state.
+    ///
+    /// # Errors
+    /// If the directory or a file in it cannot be written.
+    pub fn open(scene: &Scene, options: &RunOptions, prepared: &mut Prepared<D>) -> Result<Self, RunError> {
+        let start = Instant::now();
+        let output = &scene.output;
+        let provenance = Provenance {
+            version: env!("CARGO_PKG_VERSION").into(),
+            commit: option_env!("NICOLSON_COMMIT").unwrap_or_default().into(),
+            threads: rayon::current_num_threads(),
+            scene: scene.text().into(),
+            command: options.command.clone(),
+        };
+        let model = &mut prepared.model;
+        let ledger = Ledger::open(model, prepared.state.time, &prepared.state.values)
+            .map_err(|error| RunError::Choice(format!("initial state: {error}")))?;
+        let gauges: Vec<Gauge<D>> = model.setup().probes.iter().map(|probe| Gauge::new(probe, model)).collect();
+        let names: Vec<String> = gauges.iter().flat_map(Gauge::columns).collect();
+        let mut recorder = Self {
+            directory: options.directory.clone(),
+            provenance,
+            ledger,
+            keeps_history: output.history,
+            history: None,
+            columns: HistoryColumns::default(),
+            gauges,
+            probe_table: None,
+            probe_columns: ProbeColumns::default(),
+            frames: None,
+            interval: output.interval,
+            frame_count: 0,
+            last_frame: f64::NEG_INFINITY,
+            plots: output.plots,
+            spent: Duration::ZERO,
+        };
+        if let Some(directory) = &options.directory {
+            prepare_directory(directory).map_err(|error| RunError::Choice(error.to_string()))?;
+            if output.history {
+                recorder.history = Some(Table::create(&directory.join("history.csv"), &HISTORY)?);
+            }
+            if !recorder.gauges.is_empty() {
+                let mut titles = vec!["t"];
+                titles.extend(names.iter().map(String::as_str));
+                recorder.probe_table = Some(Table::create(&directory.join("probes.csv"), &titles)?);
+            }
+            // Neither threads nor command: frames are the same bytes however they were computed.
+            let origin = serde_json::json!({
+                "program": "nicolson",
+                "version": recorder.provenance.version,
+                "commit": recorder.provenance.commit,
+                "scene": recorder.provenance.scene,
+            });
+            recorder.frames = Some(Frames::new(directory, &output.fields, origin.to_string()));
+        }
+        recorder.probe_columns.names = recorder.displacement_columns();
+        recorder.probe_columns.values = vec![Vec::new(); recorder.probe_columns.names.len()];
+        recorder.row(prepared, 0.0, 0, 0)?;
+        recorder.frame(prepared)?;
+        recorder.spent += start.elapsed();
+        Ok(recorder)
+    }
+
+    /// Titles of the plotted probe columns.
+    fn displacement_columns(&self) -> Vec<String> {
+        self.gauges.iter().flat_map(|gauge| gauge.columns().into_iter().take(D)).collect()
+    }
+
+    /// Time of the next frame, s.
+    pub fn next_frame(&self) -> f64 {
+        self.interval.map_or(f64::INFINITY, |interval| interval * self.frame_count as f64)
+    }
+
+    /// Records an accepted step.
+    ///
+    /// # Errors
+    /// If the disk refuses.
+    pub fn record(&mut self, prepared: &mut Prepared<D>, step: &StepReport) -> Result<(), RunError> {
+        let start = Instant::now();
+        if self.keeps_history {
+            // The state was accepted, so it is inside the domain of the law.
+            self.ledger
+                .follow(&mut prepared.model, prepared.state.time, &prepared.state.values)
+                .map_err(|error| RunError::Choice(error.to_string()))?;
+        }
+        self.row(prepared, step.step, step.newton_iterations, step.rejected)?;
+        if prepared.state.time >= self.next_frame() {
+            self.frame(prepared)?;
+        }
+        self.spent += start.elapsed();
+        Ok(())
+    }
+
+    fn row(&mut self, prepared: &Prepared<D>, dt: f64, newton: usize, rejected: usize) -> Result<(), RunError> {
+        let t = prepared.state.time;
+        if self.keeps_history {
+            let e = self.ledger.entry();
+            if let Some(table) = &mut self.history {
+                let row =
+                    [t, dt, e.kinetic, e.internal, e.external, e.dissipated, e.total, newton as f64, rejected as f64];
+                table.row(&row)?;
+            }
+            if self.plots {
+                self.columns.t.push(t);
+                self.columns.kinetic.push(e.kinetic);
+                self.columns.internal.push(e.internal);
+                self.columns.external.push(e.external);
+                self.columns.dissipated.push(e.dissipated);
+                self.columns.total.push(e.total);
+            }
+        }
+        if self.directory.is_some() && !self.gauges.is_empty() {
+            let mut row = vec![t];
+            let mut column = 0;
+            self.probe_columns.t.push(t);
+            for gauge in &self.gauges {
+                let (u, v) = gauge.read(&prepared.model, &prepared.state.values);
+                row.extend(u.iter().chain(v.iter()));
+                for component in u.iter() {
+                    self.probe_columns.values[column].push(*component);
+                    column += 1;
+                }
+            }
+            if let Some(table) = &mut self.probe_table {
+                table.row(&row)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn frame(&mut self, prepared: &Prepared<D>) -> Result<(), RunError> {
+        if let Some(frames) = &mut self.frames {
+            frames.write(&prepared.model, prepared.state.time, &prepared.state.values)?;
+        }
+        self.frame_count += 1;
+        self.last_frame = prepared.state.time;
+        Ok(())
+    }
+
+    /// Writes the last frame, the plots and the report.
+    ///
+    /// # Errors
+    /// If the disk refuses.
+    pub fn close(
+        &mut self,
+        prepared: &Prepared<D>,
+        status: Status,
+        message: Option<String>,
+        times: Times,
+    ) -> Result<Report, RunError> {
+        let start = Instant::now();
+        if self.last_frame < prepared.state.time {
+            self.frame(prepared)?;
+        }
+        if let Some(directory) = self.directory.clone().filter(|_| self.plots) {
+            if self.keeps_history {
+                self.columns.write(&directory)?;
+            }
+            self.probe_columns.write(&directory)?;
+            draw_particles(&prepared.model, prepared.state.time, &prepared.state.values, &directory.join("particles"))?;
+        }
+        self.spent += start.elapsed();
+        let report = self.report(prepared, status, message, times);
+        if let Some(directory) = &self.directory {
+            report.write(directory)?;
+        }
+        Ok(report)
+    }
+
+    fn report(&self, prepared: &Prepared<D>, status: Status, message: Option<String>, times: Times) -> Report {
+        let Prepared { model, stepper, state, .. } = prepared;
+        let statistics = stepper.statistics();
+        let newton = stepper.newton();
+        let totals = newton.map(|newton| *newton.totals()).unwrap_or_default();
+        let counts = newton.map(|newton| newton.linear().counts()).unwrap_or_default();
+        let info = newton.map(|newton| newton.linear().info());
+        let ledger = self.ledger.summary();
+        let clocks = model.times();
+        let solver_assembly = clocks.assembly.as_secs_f64();
+        Report {
+            status,
+            message,
+            time_reached: state.time,
+            particles: model.particles(),
+            unknowns: prepared.unknowns(),
+            steps: Steps { accepted: statistics.accepted, rejected: statistics.rejected.total() },
+            newton: NewtonWork {
+                solves: totals.solves,
+                failures: totals.failures,
+                iterations: totals.iterations,
+                residual_evaluations: totals.residual_evaluations,
+                linearisations: totals.linearisations,
+            },
+            linear: LinearWork {
+                solver: info.as_ref().map(|info| info.name.clone()).unwrap_or_default(),
+                analyses: counts.analyses,
+                factorisations: counts.factorisations,
+                solves: counts.solves,
+                iterations: counts.iterations,
+                fill: info.map(|info| info.fill).unwrap_or_default(),
+            },
+            rate_evaluations: statistics.rate_evaluations,
+            explicit_step_limit: Some(prepared.explicit_step_limit),
+            wall_seconds: WallSeconds {
+                setup: times.setup.as_secs_f64(),
+                rate: clocks.rate.as_secs_f64(),
+                assembly: solver_assembly,
+                // Filling the entries happens inside the factorisation's clock.
+                factorisation: (totals.factorisation_seconds - model.fill_seconds()).max(0.0),
+                solve: totals.solve_seconds,
+                output: self.spent.as_secs_f64(),
+                total: times.begin.elapsed().as_secs_f64(),
+            },
+            energy: EnergyBudget {
+                initial: ledger.totals.0,
+                r#final: ledger.totals.1,
+                max_relative_drift: self.keeps_history.then_some(ledger.drift),
+                dissipated: ledger.dissipated,
+                ledger_error: self.keeps_history.then_some(ledger.ledger_error),
+            },
+            linear_momentum_drift: ledger.linear_momentum.filter(|_| self.keeps_history),
+            angular_momentum_drift: ledger.angular_momentum.filter(|_| self.keeps_history),
+            errors: comparison::errors(model, state.time, &state.values),
+            probes: self
+                .gauges
+                .iter()
+                .map(|gauge| (gauge.name().to_owned(), gauge.final_state(model, &state.values)))
+                .collect(),
+            warnings: prepared.warnings.clone(),
+            provenance: self.provenance.clone(),
+        }
+    }
+}
