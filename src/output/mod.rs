@@ -1,0 +1,31 @@
+//! Result files: fields for viewers, tables, plots and the report of a run.
+//!
+//! | file | written by | when |
+//! |---|---|---|
+//! | frames (`.vtu`) and their index (`fields.pvd`) | [`Frame`], [`Series`] | every frame |
+//! | `history.csv`, `probes.csv` | [`Table`] | every row at once |
+//! | `report.json` | [`Report`] | at the end, however it comes |
+//!
+//! Everything here takes plain slices and a number of dimensions known at run time; nothing here knows
+//! a kernel, a material or a solver. Nothing prints and nothing panics: failures are [`OutputError`]s
+//! that name the path and the remedy. All files but the growing tables are complete or absent
+//! ([`write_atomically`]), and the same data always give the same bytes.
+
+mod appended;
+mod atomic;
+mod error;
+mod pvd;
+mod report;
+mod table;
+mod text;
+mod vtu;
+
+pub use atomic::{prepare_directory, write_atomically};
+pub use error::OutputError;
+pub use pvd::Series;
+pub use report::{
+    EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, REPORT_FILE, Report, Status, Steps,
+    WallSeconds,
+};
+pub use table::Table;
+pub use vtu::{Frame, OutOfPlane, Precision, Tensor};
