@@ -58,6 +58,14 @@ pub enum OutputError {
         /// What to change.
         remedy: &'static str,
     },
+    /// A picture could not be drawn.
+    #[error("cannot draw {}: {reason}; this is a fault of the program: report it with the data", path.display())]
+    Drawing {
+        /// File concerned.
+        path: PathBuf,
+        /// What the drawing library found.
+        reason: String,
+    },
     /// A file that was read back does not hold what it should.
     #[error("cannot read {}: {reason}; it was damaged, or written by another version: run the case again", path.display())]
     Malformed {

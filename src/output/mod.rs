@@ -13,7 +13,13 @@
 
 mod appended;
 mod atomic;
+mod axis;
+mod canvas;
+mod chart;
+mod colour;
 mod error;
+mod legend;
+mod plot;
 mod pvd;
 mod report;
 mod table;
@@ -21,7 +27,9 @@ mod text;
 mod vtu;
 
 pub use atomic::{prepare_directory, write_atomically};
+pub use colour::ColourMap;
 pub use error::OutputError;
+pub use plot::{LinePlot, LineSeries, Style};
 pub use pvd::Series;
 pub use report::{
     EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, REPORT_FILE, Report, Status, Steps,

@@ -8,6 +8,12 @@ pub(crate) fn number(value: f64) -> String {
     if plain { format!("{value}") } else { format!("{value:e}") }
 }
 
+/// A number for people: at most `digits` significant digits, no trailing zeros.
+pub(crate) fn readable(value: f64, digits: usize) -> String {
+    let rounded = format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value);
+    number(rounded)
+}
+
 /// Text as the value of an XML attribute in double quotes.
 pub(crate) fn xml_attribute(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
@@ -41,6 +47,14 @@ mod tests {
         assert_eq!(number(f64::NEG_INFINITY), "-inf");
         assert_eq!(number(12.0), "12");
         assert_eq!(number(2.5e-7), "2.5e-7");
+    }
+
+    #[test]
+    fn numbers_for_people_are_short() {
+        assert_eq!(readable(1.0 / 3.0, 4), "0.3333");
+        assert_eq!(readable(0.25, 4), "0.25");
+        assert_eq!(readable(-1.234_56e-7, 3), "-1.23e-7");
+        assert_eq!(readable(f64::NAN, 4), "NaN");
     }
 
     #[test]
