@@ -8,8 +8,10 @@
 const LARGEST: f64 = 1e300;
 /// Magnitudes below this are zero on a linear axis and have no place on a logarithmic one.
 const SMALLEST: f64 = 1e-300;
-/// Ticks that fit on an axis without crowding.
+/// Ticks that fit on an axis of usual length without crowding.
 const TICKS: f64 = 6.0;
+/// Most decades whose digits 2 to 9 are marked.
+const MARKED_DECADES: i32 = 12;
 /// A range narrower than this over its magnitude is labelled by differences from a reference value.
 const NARROW: f64 = 1e-4;
 /// A range narrower than this is rounding noise: it is shown as the constant it is.
@@ -57,12 +59,12 @@ impl Axis {
             let (low, high) = range.unwrap_or((value, value));
             Some((low.min(value), high.max(value)))
         });
-        if logarithmic { Self::logarithmic(range, margin) } else { Self::linear(range, margin) }
+        if logarithmic { Self::logarithmic(range, margin) } else { Self::linear(range, margin, TICKS) }
     }
 
-    /// An axis from `low` to `high` exactly.
-    pub(super) fn between(low: f64, high: f64) -> Self {
-        Self::linear(Some((low, high)), 0.0)
+    /// A linear axis from `low` to `high`, widened only if they agree, with about `ticks` ticks.
+    pub(super) fn between(low: f64, high: f64, ticks: f64) -> Self {
+        Self::linear(Some((low, high)), 0.0, ticks.clamp(1.5, TICKS))
     }
 
     /// Place of a value as a fraction of the axis; `None` if it has none.
@@ -74,7 +76,7 @@ impl Axis {
         Some((value - self.low) / (self.high - self.low))
     }
 
-    fn linear(range: Option<(f64, f64)>, margin: f64) -> Self {
+    fn linear(range: Option<(f64, f64)>, margin: f64, ticks: f64) -> Self {
         let (mut low, mut high) = range.unwrap_or((0.0, 1.0));
         let magnitude = low.abs().max(high.abs());
         if magnitude < SMALLEST {
@@ -86,7 +88,7 @@ impl Axis {
         (low, high) = (low - extra, high + extra);
         let mut axis =
             Self { low, high, logarithmic: false, ticks: Vec::new(), minor: Vec::new(), exponent: 0, reference: None };
-        axis.set_linear_ticks(low, high);
+        axis.set_linear_ticks(low, high, ticks);
         axis
     }
 
@@ -100,19 +102,20 @@ impl Axis {
         let (first, last) = (low.ceil() as i32, high.floor() as i32);
         if last - first < 1 {
             // Hardly a decade: powers of ten alone would leave the axis bare.
-            axis.set_linear_ticks(10f64.powf(low), 10f64.powf(high));
+            axis.set_linear_ticks(10f64.powf(low), 10f64.powf(high), TICKS);
             return axis;
         }
-        let stride = (f64::from(last - first) / TICKS).ceil().max(1.0) as i32;
+        let wanted = f64::from(last - first) / TICKS;
+        let stride = [1, 2, 5, 10, 20, 50, 100].into_iter().find(|&stride| f64::from(stride) >= wanted).unwrap_or(200);
         let fraction = |exponent: f64| (exponent - low) / (high - low);
         for exponent in first..=last {
-            if (exponent - first) % stride == 0 {
+            if exponent % stride == 0 {
                 axis.ticks.push(Tick { place: fraction(exponent.into()), label: Label::Power(exponent) });
-            } else {
+            } else if stride <= 5 {
                 axis.minor.push(fraction(exponent.into()));
             }
         }
-        if stride == 1 {
+        if last - first <= MARKED_DECADES && stride == 1 {
             for exponent in first - 1..=last {
                 let places = (2..10).map(|digit| fraction(f64::from(exponent) + f64::from(digit).log10()));
                 axis.minor.extend(places.filter(|place| (0.0..=1.0).contains(place)));
@@ -122,7 +125,7 @@ impl Axis {
     }
 
     /// Ticks at round values between `low` and `high`, which are values also on a logarithmic axis.
-    fn set_linear_ticks(&mut self, low: f64, high: f64) {
+    fn set_linear_ticks(&mut self, low: f64, high: f64, ticks: f64) {
         let magnitude = low.abs().max(high.abs());
         let narrow = high - low < NARROW * magnitude;
         let reference = if narrow { round_to(low + 0.5 * (high - low), power_of_ten(high - low)) } else { 0.0 };
@@ -131,7 +134,7 @@ impl Axis {
         let factored = !(1e-3..1e5).contains(&largest);
         self.exponent = if factored { largest.log10().floor() as i32 } else { 0 };
         self.reference = narrow.then(|| super::text::readable(reference, 12));
-        let step = round_step((high - low) / TICKS);
+        let step = round_step((high - low) / ticks);
         // Digits behind the point that tell neighbouring ticks apart.
         let unit = 10f64.powi(-self.exponent);
         let decimals = (0..12).find(|&digits| {
@@ -165,7 +168,7 @@ fn round_to(value: f64, unit: f64) -> f64 {
 }
 
 /// The smallest of 1, 2, 2.5, 5 times a power of ten that is not below `step`.
-fn round_step(step: f64) -> f64 {
+pub(super) fn round_step(step: f64) -> f64 {
     let unit = 10f64.powf(step.log10().floor());
     let digit = [1.0, 2.0, 2.5, 5.0].into_iter().find(|digit| digit * unit >= step * (1.0 - 1e-9));
     digit.unwrap_or(10.0) * unit
@@ -197,8 +200,8 @@ mod tests {
     fn ticks_are_round_and_told_apart() {
         let axis = Axis::new([0.0, 1.0].into_iter(), false, 0.0);
         assert_eq!(labels(&axis), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
-        assert_eq!(labels(&Axis::between(-3.0, 3.0)), ["−3", "−2", "−1", "0", "1", "2", "3"]);
-        let axis = Axis::between(0.0, 2.5e-7);
+        assert_eq!(labels(&Axis::between(-3.0, 3.0, 6.0)), ["−3", "−2", "−1", "0", "1", "2", "3"]);
+        let axis = Axis::between(0.0, 2.5e-7, 6.0);
         assert_eq!(
             (labels(&axis), axis.exponent),
             (vec!["0.0".into(), "0.5".into(), "1.0".into(), "1.5".into(), "2.0".into(), "2.5".into()], -7)

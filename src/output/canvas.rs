@@ -8,7 +8,6 @@
 //! give the same bytes everywhere); SVG names `sans-serif` and leaves the choice to the viewer.
 
 use std::ffi::OsString;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -18,6 +17,8 @@ use plotters::style::{
     Color, FontDesc, FontFamily, FontStyle, FontTransform, RGBColor, ShapeStyle, TextStyle, register_font,
 };
 
+use super::chart::Area;
+use super::picture::{Picture, base64};
 use super::{OutputError, write_atomically};
 
 /// A position in points from the upper left corner, y downwards.
@@ -32,6 +33,9 @@ const VECTOR_SCALE: f64 = 10.0;
 const RASTER_SCALE: f64 = 4.0;
 /// Device pixels that are averaged into one pixel of the PNG, in each direction.
 const OVERSAMPLING: usize = 2;
+
+/// Circles that an SVG document may hold before they become a picture inside it.
+const MOST_CIRCLES: usize = 20_000;
 
 /// Name under which the embedded font is registered.
 const FONT: &str = "nicolson plots";
@@ -67,11 +71,21 @@ pub(super) enum Align {
     Right,
 }
 
+/// A filled disc.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Disc {
+    pub(super) centre: Point,
+    pub(super) radius: f64,
+    pub(super) colour: RGBColor,
+}
+
 /// Draws in points on a backend of plotters.
 pub(super) struct Canvas<'a, B: DrawingBackend> {
     backend: &'a mut B,
     scale: f64,
     medium: Medium,
+    /// Pictures that lie under everything else of an SVG document, as elements.
+    pictures: Vec<String>,
 }
 
 impl<B: DrawingBackend> Canvas<'_, B> {
@@ -114,6 +128,31 @@ impl<B: DrawingBackend> Canvas<'_, B> {
         let style = ShapeStyle { color: colour.to_rgba(), filled: true, stroke_width: 0 };
         let radius = ((radius * self.scale).round() as u32).max(1);
         self.backend.draw_circle(self.device(centre), radius, &style, true).map_err(described)
+    }
+
+    /// Many discs in the given order, *under* everything else, wherever in the order of calls.
+    ///
+    /// An SVG document of a hundred thousand circles is slow to open, so beyond some number they become a
+    /// picture inside the document.
+    pub(super) fn cloud(&mut self, area: Area, discs: &[Disc]) -> Drawn {
+        if self.medium == Medium::Raster || discs.len() <= MOST_CIRCLES {
+            return discs.iter().try_for_each(|disc| self.disc(disc.centre, disc.radius, disc.colour));
+        }
+        let picture = raster((area.width(), area.height()), |canvas| {
+            discs.iter().try_for_each(|disc| {
+                let centre = (disc.centre.0 - area.left, disc.centre.1 - area.top);
+                canvas.disc(centre, disc.radius, disc.colour)
+            })
+        })?;
+        let mut file = Vec::new();
+        picture.encode(&mut file).map_err(described)?;
+        let ((x, y), (width, height)) = (self.device((area.left, area.top)), picture.size_in_points());
+        let (width, height) = self.device((width, height));
+        let data = base64(&file);
+        self.pictures.push(format!(
+            "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{data}\"/>\n"
+        ));
+        Ok(())
     }
 
     /// Text whose baseline passes through `at`.
@@ -197,32 +236,31 @@ pub(super) fn write_both(drawing: &impl Drawing, stem: &Path) -> Result<[PathBuf
     };
     let (svg, png) = (named(".svg"), named(".png"));
     let document = vector(drawing).map_err(|reason| OutputError::Drawing { path: svg.clone(), reason })?;
-    let picture = raster(drawing).map_err(|reason| OutputError::Drawing { path: png.clone(), reason })?;
+    let picture = raster(drawing.size(), |canvas| drawing.draw(canvas))
+        .map_err(|reason| OutputError::Drawing { path: png.clone(), reason })?;
     write_atomically(&svg, |file| file.write_all(document.as_bytes()))?;
-    write_atomically(&png, |file| {
-        let mut encoder = png::Encoder::new(file, picture.width as u32, picture.height as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.write_header().and_then(|mut header| header.write_image_data(&picture.rgb)).map_err(io::Error::other)
-    })?;
+    write_atomically(&png, |file| picture.encode(file))?;
     Ok([svg, png])
 }
 
-fn device_size(drawing: &impl Drawing, scale: f64) -> (u32, u32) {
-    let (width, height) = drawing.size();
+fn device_size((width, height): (f64, f64), scale: f64) -> (u32, u32) {
     ((width.ceil() * scale) as u32, (height.ceil() * scale) as u32)
 }
 
 fn vector(drawing: &impl Drawing) -> Result<String, String> {
-    let (width, height) = device_size(drawing, VECTOR_SCALE);
+    let (width, height) = device_size(drawing.size(), VECTOR_SCALE);
     let mut document = String::new();
-    {
-        let mut backend = SVGBackend::with_string(&mut document, (width, height));
-        let mut canvas = Canvas { backend: &mut backend, scale: VECTOR_SCALE, medium: Medium::Vector };
-        canvas.rectangle((0.0, 0.0), drawing.size(), WHITE)?;
-        drawing.draw(&mut canvas)?;
-        backend.present().map_err(described)?;
-    }
+    let mut backend = SVGBackend::with_string(&mut document, (width, height));
+    let mut canvas =
+        Canvas { backend: &mut backend, scale: VECTOR_SCALE, medium: Medium::Vector, pictures: Vec::new() };
+    canvas.rectangle((0.0, 0.0), drawing.size(), WHITE)?;
+    drawing.draw(&mut canvas)?;
+    let pictures = canvas.pictures.concat();
+    backend.present().map_err(described)?;
+    drop(backend);
+    // The first element is the background; pictures lie directly on it.
+    let background = document.find("/>\n").map_or(0, |at| at + 3);
+    document.insert_str(background, &pictures);
     // The view box stays in fine units, the size on the page is in points.
     let fine = format!("width=\"{width}\" height=\"{height}\"");
     let (width, height) = (f64::from(width) / VECTOR_SCALE, f64::from(height) / VECTOR_SCALE);
@@ -230,38 +268,17 @@ fn vector(drawing: &impl Drawing) -> Result<String, String> {
     Ok(document.replacen(&fine, &points, 1))
 }
 
-struct Picture {
-    width: usize,
-    height: usize,
-    rgb: Vec<u8>,
-}
-
-fn raster(drawing: &impl Drawing) -> Result<Picture, String> {
+/// Draws on a white bitmap of `size` points and averages it down.
+fn raster(size: (f64, f64), draw: impl FnOnce(&mut Canvas<'_, BitMapBackend<'_>>) -> Drawn) -> Result<Picture, String> {
     if !font_is_ready() {
         return Err("the embedded font cannot be read".to_owned());
     }
-    let (width, height) = device_size(drawing, RASTER_SCALE);
+    let (width, height) = device_size(size, RASTER_SCALE);
     let mut fine = vec![0xff; 3 * width as usize * height as usize];
-    {
-        let mut backend: BitMapBackend<'_> =
-            BitMapBackend::with_buffer_and_format(&mut fine, (width, height)).map_err(described)?;
-        drawing.draw(&mut Canvas { backend: &mut backend, scale: RASTER_SCALE, medium: Medium::Raster })?;
-        backend.present().map_err(described)?;
-    }
-    let row = 3 * width as usize;
-    let (width, height) = (width as usize / OVERSAMPLING, height as usize / OVERSAMPLING);
-    let mut rgb = Vec::with_capacity(3 * width * height);
-    for y in 0..height {
-        for x in 0..width {
-            for channel in 0..3 {
-                let mut sum = 0;
-                for sample in 0..OVERSAMPLING * OVERSAMPLING {
-                    let (dx, dy) = (sample % OVERSAMPLING, sample / OVERSAMPLING);
-                    sum += usize::from(fine[(OVERSAMPLING * y + dy) * row + 3 * (OVERSAMPLING * x + dx) + channel]);
-                }
-                rgb.push((sum / (OVERSAMPLING * OVERSAMPLING)) as u8);
-            }
-        }
-    }
-    Ok(Picture { width, height, rgb })
+    let mut backend: BitMapBackend<'_> =
+        BitMapBackend::with_buffer_and_format(&mut fine, (width, height)).map_err(described)?;
+    draw(&mut Canvas { backend: &mut backend, scale: RASTER_SCALE, medium: Medium::Raster, pictures: Vec::new() })?;
+    backend.present().map_err(described)?;
+    drop(backend);
+    Ok(Picture::averaged(&fine, width as usize, OVERSAMPLING, RASTER_SCALE))
 }

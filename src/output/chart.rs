@@ -71,6 +71,12 @@ impl Chart<'_> {
         Some((self.area.left + x * self.area.width(), self.area.bottom - y * self.area.height()))
     }
 
+    /// Says in the middle of the plotting area why it is empty.
+    pub(super) fn say_no_data<B: DrawingBackend>(&self, canvas: &mut Canvas<'_, B>) -> Drawn {
+        let Area { left, top, right, bottom } = self.area;
+        canvas.text((0.5 * (left + right), 0.5 * (top + bottom)), "no data", TITLE, Align::Centre)
+    }
+
     /// Draws everything but the data. `width` is the width of the whole drawing.
     pub(super) fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<'_, B>, width: f64, grid: bool) -> Drawn {
         let Area { left, top, right, bottom } = self.area;

@@ -140,6 +140,9 @@ impl Drawing for LinePlot {
         }
 
         chart.draw(canvas, SIZE.0, true)?;
+        if pairs().find(shown).is_none() {
+            chart.say_no_data(canvas)?;
+        }
         for (series, style, colour) in self.looks() {
             for piece in Self::pieces(&chart, series) {
                 draw_curve(canvas, &piece, style, colour)?;
