@@ -166,7 +166,12 @@ impl<B: DrawingBackend> Canvas<'_, B> {
     }
 
     fn write(&mut self, at: Point, text: &str, size: f64, align: Align, turn: FontTransform) -> Drawn {
-        let printable: String = text.chars().filter(|character| !character.is_control()).collect();
+        let mut printable: String = text.chars().filter(|character| !character.is_control()).collect();
+        if self.medium == Medium::Raster {
+            // The rasteriser drops the empty margin at the left of every glyph; that of a bracket is as
+            // wide as the space before a unit, which would seem to be missing.
+            printable = printable.replace(" [", "  [");
+        }
         if printable.is_empty() {
             return Ok(());
         }

@@ -166,7 +166,7 @@ fn has_note(axis: &Axis) -> bool {
 
 fn reference_text(axis: &Axis) -> String {
     let reference = axis.reference.as_deref().unwrap_or_default();
-    match reference.strip_prefix('-') {
+    match reference.strip_prefix('−') {
         _ if reference.is_empty() => String::new(),
         Some(digits) => format!("− {digits}"),
         None => format!("+ {reference}"),

@@ -72,16 +72,18 @@ impl<'a> ColourBar<'a> {
 
     /// The line below the title: the range of the values and how many there are.
     pub(super) fn caption(&self, shown: usize, without_place: usize) -> String {
-        let mut caption = match self.found {
-            Some((low, high)) => format!("from {} to {}, ", readable(low, 4), readable(high, 4)),
-            None => String::new(),
-        };
-        caption += &format!("{shown} particles");
+        let mut caption = self.found.map_or_else(String::new, |(low, high)| {
+            // Enough digits to tell the ends apart.
+            let spread = low.abs().max(high.abs()) / (high - low);
+            let digits = 4 + if spread.is_finite() { spread.log10().clamp(0.0, 11.0) as usize } else { 0 };
+            format!("from {} to {}, ", readable(low, digits), readable(high, digits))
+        });
+        caption += &counted(shown, "particle");
         if self.not_finite > 0 {
-            caption += &format!(", {} values not finite (magenta)", self.not_finite);
+            caption += &format!(", {} not finite (magenta)", counted(self.not_finite, "value"));
         }
         if without_place > 0 {
-            caption += &format!(", {without_place} positions not finite (not shown)");
+            caption += &format!(", {} not finite (not shown)", counted(without_place, "position"));
         }
         caption
     }
@@ -99,7 +101,7 @@ impl<'a> ColourBar<'a> {
             canvas.rectangle((left, upper), (right, lower), colour(self.signed, fraction))?;
         }
         canvas.line(&[(left, top), (right, top), (right, bottom), (left, bottom), (left, top)], 0.8, BLACK)?;
-        let axis = Axis::between(self.low, self.high, area.height() / 40.0);
+        let axis = Axis::between(self.low, self.high, area.height() / 30.0);
         for tick in &axis.ticks {
             let y = bottom - tick.place * area.height();
             canvas.line(&[(right, y), (right + 4.0, y)], 0.8, BLACK)?;
@@ -110,6 +112,10 @@ impl<'a> ColourBar<'a> {
         let x = right + 9.0 + self.numbers_width() + 10.0 + 0.8 * TEXT;
         canvas.text_upwards((x, 0.5 * (top + bottom)), &label, TEXT, Align::Centre)
     }
+}
+
+fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 fn text(label: &Label) -> &str {

@@ -4,6 +4,8 @@
 //! |---|---|---|
 //! | frames (`.vtu`) and their index (`fields.pvd`) | [`Frame`], [`Series`] | every frame |
 //! | `history.csv`, `probes.csv` | [`Table`] | every row at once |
+//! | energies and probes against time (`.svg`, `.png`) | [`HistoryColumns`], [`ProbeColumns`], [`LinePlot`] | at the end |
+//! | still pictures of particles (`.svg`, `.png`) | [`ParticlePlot`] | when asked for |
 //! | `report.json` | [`Report`] | at the end, however it comes |
 //!
 //! Everything here takes plain slices and a number of dimensions known at run time; nothing here knows
@@ -26,6 +28,7 @@ mod picture;
 mod plot;
 mod pvd;
 mod report;
+mod report_parts;
 mod table;
 mod text;
 mod vtu;
@@ -37,9 +40,9 @@ pub use history::{HistoryColumns, ProbeColumns};
 pub use particles::ParticlePlot;
 pub use plot::{LinePlot, LineSeries, Style};
 pub use pvd::Series;
-pub use report::{
-    EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, REPORT_FILE, Report, Status, Steps,
-    WallSeconds,
+pub use report::{REPORT_FILE, Report};
+pub use report_parts::{
+    EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps, WallSeconds,
 };
 pub use table::Table;
 pub use vtu::{Frame, OutOfPlane, Precision, Tensor};

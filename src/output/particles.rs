@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use plotters::backend::DrawingBackend;
 
 use super::axis::{Axis, round_step};
-use super::canvas::{Align, BLACK, Canvas, Disc, Drawing, Drawn, Point, write_both};
+use super::canvas::{Align, BLACK, Canvas, Disc, Drawing, Drawn, Point, shortened, write_both};
 use super::chart::{Area, Chart, TEXT, draw_title};
 use super::colour::{ColourMap, NOT_FINITE, colour, darker};
 use super::colour_bar::ColourBar;
@@ -24,6 +24,15 @@ const NARROWEST: f64 = 240.0;
 const CAPTION: f64 = 18.0;
 /// Height of the strip with the directions and the scale of a picture of space.
 const STRIP: f64 = 74.0;
+/// Radius of a disc over the spacing. In the plane large discs touch; small ones cover the plane, or the
+/// white between them would wash out the colours.
+const RADIUS_OF_LARGE: f64 = 0.5;
+const RADIUS_OF_SMALL: f64 = 0.7;
+/// Spacing in points from which discs are large.
+const LARGE_FROM: f64 = 8.0;
+const RADIUS_IN_SPACE: f64 = 0.55;
+/// Widest rim in points.
+const RIM: f64 = 1.0;
 /// Discs of at least this radius in points get a dark rim, so that overlapping ones can be told apart.
 const RIM_FROM: f64 = 1.2;
 /// Most particles on a line that get a marker each.
@@ -128,7 +137,7 @@ impl ParticlePlot<'_> {
         let (horizontal, vertical) = (extent(&particles, |place| place.0), extent(&particles, |place| place.1));
         let spacing = self.usable_spacing(horizontal, vertical, particles.len());
         let grown = |(low, high): (f64, f64), margin: f64| (low - margin, high + margin);
-        let margin = 0.5 * spacing + 0.03 * (horizontal.1 - horizontal.0).max(vertical.1 - vertical.0);
+        let margin = 0.7 * spacing + 0.03 * (horizontal.1 - horizontal.0).max(vertical.1 - vertical.0);
         let (horizontal, vertical) = (grown(horizontal, margin), grown(vertical, margin));
 
         // The y axis decides how much room there is, and the room decides the range of the y axis; the
@@ -153,7 +162,11 @@ impl ParticlePlot<'_> {
         // Titles come from `title` and `caption` below, which may be wider than the plotting area.
         let chart = Chart { title: "", x_label: "x [m]", y_label: "y [m]", x, y, area };
 
-        let radius = 0.5 * spacing * scale;
+        let radius = match scale * spacing {
+            apart if space => RADIUS_IN_SPACE * apart,
+            apart if apart < LARGE_FROM => RADIUS_OF_SMALL * apart,
+            apart => RADIUS_OF_LARGE * apart,
+        };
         let discs = discs(&chart, &bar, &particles, radius, space);
         let caption = bar.caption(particles.len(), self.values.len() - particles.len());
         let size = (area.right + bar.room(), area.bottom + below);
@@ -204,7 +217,7 @@ fn discs(chart: &Chart<'_>, bar: &ColourBar<'_>, particles: &[Projected], radius
         let fill = bar.fraction(particle.value).map_or(NOT_FINITE, |fraction| colour(bar.signed, fraction));
         if space && radius >= RIM_FROM {
             discs.push(Disc { centre, radius, colour: darker(fill) });
-            discs.push(Disc { centre, radius: 0.82 * radius, colour: fill });
+            discs.push(Disc { centre, radius: (0.82 * radius).max(radius - RIM), colour: fill });
         } else {
             discs.push(Disc { centre, radius, colour: fill });
         }
@@ -220,7 +233,8 @@ impl Drawing for Prepared<'_> {
     fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<'_, B>) -> Drawn {
         canvas.cloud(self.chart.area, &self.discs)?;
         draw_title(canvas, &self.title, self.size.0)?;
-        canvas.text((0.5 * self.size.0, 24.0 + CAPTION), &self.caption, 0.9 * TEXT, Align::Centre)?;
+        let caption = shortened(&self.caption, 0.9 * TEXT, self.size.0 - 20.0);
+        canvas.text((0.5 * self.size.0, 24.0 + CAPTION), &caption, 0.9 * TEXT, Align::Centre)?;
         if self.discs.is_empty() {
             self.chart.say_no_data(canvas)?;
         }

@@ -8,10 +8,12 @@ pub(crate) fn number(value: f64) -> String {
     if plain { format!("{value}") } else { format!("{value:e}") }
 }
 
-/// A number for people: at most `digits` significant digits, no trailing zeros.
+/// A number for people: at most `digits` significant digits, no trailing zeros, a true minus sign.
 pub(crate) fn readable(value: f64, digits: usize) -> String {
-    let rounded = format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value);
-    number(rounded)
+    let rounded: f64 = format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value);
+    let plain = rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) || !rounded.is_finite();
+    let text = if plain { format!("{rounded}") } else { format!("{rounded:e}") };
+    text.replace('-', "−")
 }
 
 /// Text as the value of an XML attribute in double quotes.
@@ -53,7 +55,8 @@ mod tests {
     fn numbers_for_people_are_short() {
         assert_eq!(readable(1.0 / 3.0, 4), "0.3333");
         assert_eq!(readable(0.25, 4), "0.25");
-        assert_eq!(readable(-1.234_56e-7, 3), "-1.23e-7");
+        assert_eq!(readable(-1.234_56e-7, 3), "−1.23e−7");
+        assert_eq!(readable(214_249_000.0, 4), "2.142e8");
         assert_eq!(readable(f64::NAN, 4), "NaN");
     }
 
