@@ -1,0 +1,153 @@
+//! The plots of a finished run: energies and probes against time.
+
+use std::path::{Path, PathBuf};
+
+use super::{LinePlot, LineSeries, OutputError, Style};
+
+/// Energies at the recorded times, as in `history.csv`. All columns have the length of `t`; pairs beyond
+/// the shortest column are ignored, as those of a run that was killed in the middle of a row would be.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct HistoryColumns {
+    /// Time in s.
+    pub t: Vec<f64>,
+    /// Kinetic energy in J.
+    pub kinetic: Vec<f64>,
+    /// Internal (strain) energy in J.
+    pub internal: Vec<f64>,
+    /// Work done by external forces since the start in J.
+    pub external: Vec<f64>,
+    /// Energy dissipated since the start in J.
+    pub dissipated: Vec<f64>,
+    /// Total: kinetic plus internal, or what the run conserves, in J.
+    pub total: Vec<f64>,
+}
+
+/// Displacement components of the probes at the recorded times, as in `probes.csv`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ProbeColumns {
+    /// Time in s.
+    pub t: Vec<f64>,
+    /// Names of the columns: probe and component (`"tip.ux"`).
+    pub names: Vec<String>,
+    /// Displacements in m: one column for each name.
+    pub values: Vec<Vec<f64>>,
+}
+
+fn against_time(t: &[f64], name: &str, column: &[f64], style: Style) -> LineSeries {
+    let points = t.iter().copied().zip(column.iter().copied()).collect();
+    LineSeries { name: name.to_owned(), points, style }
+}
+
+impl HistoryColumns {
+    /// The energies against time. The total is drawn last, dashed: where it hides nothing it can be seen,
+    /// where it coincides with another curve both can be.
+    pub fn plot(&self) -> LinePlot {
+        let columns = [
+            ("kinetic", &self.kinetic, Style::Solid),
+            ("internal", &self.internal, Style::Solid),
+            ("external work", &self.external, Style::Solid),
+            ("dissipated", &self.dissipated, Style::Dotted),
+            ("total", &self.total, Style::Dashed),
+        ];
+        LinePlot {
+            title: "Energy".to_owned(),
+            x_label: "t [s]".to_owned(),
+            y_label: "energy [J]".to_owned(),
+            series: columns.map(|(name, column, style)| against_time(&self.t, name, column, style)).into(),
+            ..LinePlot::default()
+        }
+    }
+
+    /// Writes `energy.svg` and `energy.png` into `directory` and returns their paths.
+    ///
+    /// # Errors
+    /// As [`LinePlot::write`].
+    pub fn write(&self, directory: &Path) -> Result<[PathBuf; 2], OutputError> {
+        self.plot().write(&directory.join("energy"))
+    }
+}
+
+impl ProbeColumns {
+    /// One plot for each probe, with its name, in the order in which the probes first appear.
+    pub fn plots(&self) -> Vec<(String, LinePlot)> {
+        let mut plots: Vec<(String, LinePlot)> = Vec::new();
+        for (name, column) in self.names.iter().zip(&self.values) {
+            // A probe may have a dot in its own name; the component never has.
+            let (probe, component) = name.rsplit_once('.').unwrap_or((name, name));
+            let series = against_time(&self.t, component, column, Style::Solid);
+            if let Some((_, plot)) = plots.iter_mut().find(|(known, _)| known == probe) {
+                plot.series.push(series);
+                continue;
+            }
+            let plot = LinePlot {
+                title: format!("Displacement of {probe}"),
+                x_label: "t [s]".to_owned(),
+                y_label: "displacement [m]".to_owned(),
+                series: vec![series],
+                ..LinePlot::default()
+            };
+            plots.push((probe.to_owned(), plot));
+        }
+        plots
+    }
+
+    /// Writes `probe-NAME.svg` and `probe-NAME.png` for each probe into `directory` and returns all
+    /// paths. Characters that a file name should not have become `_`.
+    ///
+    /// # Errors
+    /// As [`LinePlot::write`].
+    pub fn write(&self, directory: &Path) -> Result<Vec<PathBuf>, OutputError> {
+        let mut paths = Vec::new();
+        let mut stems: Vec<String> = Vec::new();
+        for (probe, plot) in self.plots() {
+            let mut stem = format!("probe-{}", file_name(&probe));
+            while stems.contains(&stem) {
+                stem.push('_');
+            }
+            paths.extend(plot.write(&directory.join(&stem))?);
+            stems.push(stem);
+        }
+        Ok(paths)
+    }
+}
+
+/// A name that every file system takes and no shell interprets.
+fn file_name(name: &str) -> String {
+    let safe = |character: char| character.is_alphanumeric() || matches!(character, '-' | '_' | '.');
+    name.chars().map(|character| if safe(character) { character } else { '_' }).take(60).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_become_one_plot_for_each_probe() {
+        let names = ["tip.ux", "tip.uy", "a.b.ux", "bare"].map(str::to_owned).to_vec();
+        let columns = ProbeColumns { t: vec![0.0, 1.0], names, values: vec![vec![0.0, 2.0]; 4] };
+        let plots = columns.plots();
+        let found: Vec<_> = plots.iter().map(|(name, plot)| (name.as_str(), plot.series.len())).collect();
+        assert_eq!(found, [("tip", 2), ("a.b", 1), ("bare", 1)]);
+        assert_eq!(plots[0].1.series[1].name, "uy");
+        assert_eq!(plots[0].1.series[1].points, [(0.0, 0.0), (1.0, 2.0)]);
+    }
+
+    #[test]
+    fn probes_whose_file_names_would_agree_get_different_files() {
+        let directory = tempfile::tempdir().unwrap();
+        let names = ["a/b.ux", "a b.ux"].map(str::to_owned).to_vec();
+        let columns = ProbeColumns { t: vec![0.0, 1.0], names, values: vec![vec![0.0, 2.0]; 2] };
+        let mut paths = columns.write(directory.path()).unwrap();
+        assert!(paths.iter().all(|path| path.parent() == Some(directory.path())));
+        paths.dedup();
+        assert_eq!(paths.len(), 4);
+    }
+
+    #[test]
+    fn columns_of_a_killed_run_still_give_a_plot() {
+        let columns = HistoryColumns { t: vec![0.0, 1.0, 2.0], kinetic: vec![1.0, 0.5], ..HistoryColumns::default() };
+        let plot = columns.plot();
+        assert_eq!(plot.series[0].points.len(), 2);
+        assert!(plot.series[4].points.is_empty());
+    }
+}

@@ -1,0 +1,48 @@
+//! Result files: fields for viewers, tables, plots and the report of a run.
+//!
+//! | file | written by | when |
+//! |---|---|---|
+//! | frames (`.vtu`) and their index (`fields.pvd`) | [`Frame`], [`Series`] | every frame |
+//! | `history.csv`, `probes.csv` | [`Table`] | every row at once |
+//! | energies and probes against time (`.svg`, `.png`) | [`HistoryColumns`], [`ProbeColumns`], [`LinePlot`] | at the end |
+//! | still pictures of particles (`.svg`, `.png`) | [`ParticlePlot`] | when asked for |
+//! | `report.json` | [`Report`] | at the end, however it comes |
+//!
+//! Everything here takes plain slices and a number of dimensions known at run time; nothing here knows
+//! a kernel, a material or a solver. Nothing prints and nothing panics: failures are [`OutputError`]s
+//! that name the path and the remedy. All files but the growing tables are complete or absent
+//! ([`write_atomically`]), and the same data always give the same bytes.
+
+mod appended;
+mod atomic;
+mod axis;
+mod canvas;
+mod chart;
+mod colour;
+mod colour_bar;
+mod error;
+mod history;
+mod legend;
+mod particles;
+mod picture;
+mod plot;
+mod pvd;
+mod report;
+mod report_parts;
+mod table;
+mod text;
+mod vtu;
+
+pub use atomic::{prepare_directory, write_atomically};
+pub use colour::ColourMap;
+pub use error::OutputError;
+pub use history::{HistoryColumns, ProbeColumns};
+pub use particles::ParticlePlot;
+pub use plot::{LinePlot, LineSeries, Style};
+pub use pvd::Series;
+pub use report::{REPORT_FILE, Report};
+pub use report_parts::{
+    EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps, WallSeconds,
+};
+pub use table::Table;
+pub use vtu::{Frame, OutOfPlane, Precision, Tensor};
