@@ -1,0 +1,102 @@
+//! Constitutive laws: density and one way of giving the modulus.
+
+use crate::scene::document::{HyperelasticText, LinearText, MaterialText, Number};
+use crate::scene::findings::{Findings, Span};
+use crate::setup::MaterialChoice;
+
+/// The law with its parameters; `None` if a mistake was noted.
+pub(super) fn read<const D: usize>(text: &MaterialText, findings: &mut Findings<'_>) -> Option<MaterialChoice> {
+    match text {
+        MaterialText::LinearVolumetric(table) => {
+            let LinearText { density, bulk_modulus, youngs_modulus, poissons_ratio, wave_speed } = table.get_ref();
+            let given = Given { bulk_modulus, youngs_modulus, poissons_ratio, wave_speed };
+            let density = findings.positive(density, "density");
+            let bulk_modulus = modulus::<D>(&given, density, 1.0, table.span(), findings);
+            Some(MaterialChoice::LinearVolumetric { density: density?, bulk_modulus: bulk_modulus? })
+        }
+        MaterialText::HyperelasticVolumetric(table) => {
+            let HyperelasticText { density, gamma, bulk_modulus, youngs_modulus, poissons_ratio, wave_speed } =
+                table.get_ref();
+            let given = Given { bulk_modulus, youngs_modulus, poissons_ratio, wave_speed };
+            let density = findings.positive(density, "density");
+            let exponent = findings.within(gamma, "gamma", "at least 1", |gamma| gamma >= 1.0);
+            // A wrong exponent is one mistake; the modulus is still looked at.
+            let bulk_modulus = modulus::<D>(&given, density, exponent.unwrap_or(1.0), table.span(), findings);
+            Some(MaterialChoice::HyperelasticVolumetric {
+                density: density?,
+                bulk_modulus: bulk_modulus?,
+                exponent: exponent?,
+            })
+        }
+    }
+}
+
+/// The ways of giving the modulus.
+struct Given<'a> {
+    bulk_modulus: &'a Option<Number>,
+    youngs_modulus: &'a Option<Number>,
+    poissons_ratio: &'a Option<Number>,
+    wave_speed: &'a Option<Number>,
+}
+
+/// κ itself; or from E and ν, κ = E / (D (1 − (D − 1) ν)), which is E/(2(1 − ν)) in two and E/(3(1 − 2ν)) in
+/// three dimensions; or from the wave speed at rest, κ = ρc²/γ (γ = 1 for the linear law).
+fn modulus<const D: usize>(
+    given: &Given<'_>,
+    density: Option<f64>,
+    exponent: f64,
+    table: Span,
+    findings: &mut Findings<'_>,
+) -> Option<f64> {
+    let ways = "give `bulk_modulus`, or `youngs_modulus` and `poissons_ratio`, or `wave_speed`: one of the three";
+    let elastic = given.youngs_modulus.as_ref().or(given.poissons_ratio.as_ref());
+    let present: Vec<&Number> =
+        [given.bulk_modulus.as_ref(), elastic, given.wave_speed.as_ref()].into_iter().flatten().collect();
+    let [only] = present.as_slice() else {
+        match present.last() {
+            None => findings.error(table, "the material has no modulus", ways),
+            // The last in the text is the one too many.
+            Some(_) => {
+                let surplus = present.iter().map(|number| number.span()).max_by_key(|span| span.start).unwrap_or(table);
+                findings.error(surplus, "the modulus is given in more than one way", ways);
+            }
+        }
+        return None;
+    };
+    let modulus = match (given.bulk_modulus, given.youngs_modulus, given.poissons_ratio, given.wave_speed) {
+        (Some(bulk), ..) => findings.positive(bulk, "bulk_modulus")?,
+        (_, Some(youngs), Some(poissons), _) => {
+            let youngs = findings.positive(youngs, "youngs_modulus");
+            let poissons = findings
+                .within(poissons, "poissons_ratio", "above -1 and below 0.5", |ratio| ratio > -1.0 && ratio < 0.5);
+            let dimension = D as f64;
+            youngs? / (dimension * (1.0 - (dimension - 1.0) * poissons?))
+        }
+        (_, Some(alone), None, _) => {
+            findings.error(alone.span(), "`youngs_modulus` needs `poissons_ratio`", "add `poissons_ratio = 0.3`");
+            return None;
+        }
+        (_, None, Some(alone), _) => {
+            findings.error(
+                alone.span(),
+                "`poissons_ratio` needs `youngs_modulus`",
+                "add `youngs_modulus = 1e6`, in Pa",
+            );
+            return None;
+        }
+        (.., Some(speed)) => {
+            let speed = findings.positive(speed, "wave_speed")?;
+            density? * speed * speed / exponent
+        }
+        (None, None, None, None) => return None,
+    };
+    if modulus.is_finite() && modulus > 0.0 {
+        return Some(modulus);
+    }
+    findings.error(
+        only.span(),
+        format!("the bulk modulus becomes {modulus} Pa"),
+        "give values of a usual size in SI units",
+    );
+    None
+}

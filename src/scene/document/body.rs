@@ -1,0 +1,150 @@
+//! `[[body]]`.
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::{Number, Text, Vector};
+use crate::geometry::Layout;
+use crate::setup::{CofactorChoice, KernelChoice, WeightChoice};
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table that describes a body")]
+pub(in crate::scene) struct BodyText {
+    pub name: Option<Text>,
+    pub spacing: Option<Number>,
+    pub counts: Option<Spanned<Vec<Spanned<u64>>>>,
+    pub layout: Option<Spanned<LayoutText>>,
+    pub shape: Option<Spanned<ShapeText>>,
+    pub points: Option<Spanned<PointsText>>,
+    #[serde(default)]
+    pub kernel: KernelText,
+    pub smoothing: Option<Number>,
+    #[serde(default)]
+    pub weights: WeightText,
+    #[serde(default)]
+    pub cofactor: CofactorText,
+    pub material: MaterialText,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "snake_case", expecting = "a shape, such as `shape.box = { lower = [0, 0], upper = [1, 1] }`")]
+pub(in crate::scene) enum ShapeText {
+    Box(BoxText),
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a box, such as `{ lower = [0, 0], upper = [1, 1] }`")]
+pub(in crate::scene) struct BoxText {
+    pub lower: Vector,
+    pub upper: Vector,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a list of points, such as `{ file = \"cloud.csv\", spacing = 0.1 }`")]
+pub(in crate::scene) struct PointsText {
+    pub file: Text,
+    pub spacing: Number,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::scene) enum LayoutText {
+    #[default]
+    Vertex,
+    Cell,
+}
+
+impl From<LayoutText> for Layout {
+    fn from(text: LayoutText) -> Self {
+        match text {
+            LayoutText::Vertex => Self::Vertex,
+            LayoutText::Cell => Self::Cell,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::scene) enum KernelText {
+    #[default]
+    CubicSpline,
+    WendlandC2,
+    QuinticSpline,
+}
+
+impl From<KernelText> for KernelChoice {
+    fn from(text: KernelText) -> Self {
+        match text {
+            KernelText::CubicSpline => Self::CubicSpline,
+            KernelText::WendlandC2 => Self::WendlandC2,
+            KernelText::QuinticSpline => Self::QuinticSpline,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::scene) enum WeightText {
+    #[default]
+    Separate,
+    Single,
+    Balanced,
+}
+
+impl From<WeightText> for WeightChoice {
+    fn from(text: WeightText) -> Self {
+        match text {
+            WeightText::Separate => Self::Separate,
+            WeightText::Single => Self::Single,
+            WeightText::Balanced => Self::Balanced,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::scene) enum CofactorText {
+    #[default]
+    Geometric,
+    Evolved,
+}
+
+impl From<CofactorText> for CofactorChoice {
+    fn from(text: CofactorText) -> Self {
+        match text {
+            CofactorText::Geometric => Self::Geometric,
+            CofactorText::Evolved => Self::Evolved,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(
+    rename_all = "snake_case",
+    expecting = "a material, such as `material.linear_volumetric = { density = 1000, bulk_modulus = 1e6 }`"
+)]
+pub(in crate::scene) enum MaterialText {
+    LinearVolumetric(Spanned<LinearText>),
+    HyperelasticVolumetric(Spanned<HyperelasticText>),
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table with `density` and a modulus")]
+pub(in crate::scene) struct LinearText {
+    pub density: Number,
+    pub bulk_modulus: Option<Number>,
+    pub youngs_modulus: Option<Number>,
+    pub poissons_ratio: Option<Number>,
+    pub wave_speed: Option<Number>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table with `density`, `gamma` and a modulus")]
+pub(in crate::scene) struct HyperelasticText {
+    pub density: Number,
+    pub gamma: Number,
+    pub bulk_modulus: Option<Number>,
+    pub youngs_modulus: Option<Number>,
+    pub poissons_ratio: Option<Number>,
+    pub wave_speed: Option<Number>,
+}

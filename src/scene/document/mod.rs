@@ -1,0 +1,50 @@
+//! The scene as `serde` reads it: names and types of every key, nothing checked beyond them.
+//!
+//! Values are [`Spanned`], so that later checks can point at them; enums are externally tagged, nothing is
+//! flattened or untagged, and unknown keys are refused: `toml` then knows the place of every mistake.
+
+mod body;
+mod conditions;
+mod numerics;
+mod value;
+
+use serde::Deserialize;
+pub(in crate::scene) use toml::Spanned;
+
+pub(in crate::scene) use body::{BodyText, BoxText, HyperelasticText, LinearText, MaterialText, PointsText, ShapeText};
+pub(in crate::scene) use conditions::{
+    AxisName, BoundaryText, ExactText, HydrostaticText, InitialText, ProbeMode, ProbeText, SelectText, TractionText,
+};
+pub(in crate::scene) use numerics::{
+    GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText, SchemeText,
+    StabilisationText, TimeText, WaveSpeedText,
+};
+pub(in crate::scene) use value::{Field, FieldList, Number, Text, Vector};
+
+/// The whole scene.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a scene")]
+pub(in crate::scene) struct Document {
+    pub title: Option<String>,
+    pub dimension: Spanned<u64>,
+    pub gravity: Option<Vector>,
+    pub body_force: Option<FieldList>,
+    #[serde(default)]
+    pub body: Vec<Spanned<BodyText>>,
+    pub initial: Option<Spanned<InitialText>>,
+    #[serde(default)]
+    pub boundary: Vec<Spanned<BoundaryText>>,
+    #[serde(default)]
+    pub traction: Vec<Spanned<TractionText>>,
+    pub stabilisation: Option<Spanned<StabilisationText>>,
+    pub time: Option<Spanned<TimeText>>,
+    #[serde(default)]
+    pub newton: NewtonText,
+    #[serde(default)]
+    pub linear: LinearSolverText,
+    #[serde(default)]
+    pub output: OutputText,
+    #[serde(default)]
+    pub probe: Vec<Spanned<ProbeText>>,
+    pub exact: Option<Spanned<ExactText>>,
+}
