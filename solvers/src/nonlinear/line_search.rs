@@ -85,8 +85,9 @@ pub(super) struct LineSearcher {
 }
 
 impl LineSearcher {
-    /// Finds a step length and leaves the ray's buffers there.
-    pub(super) fn search(&mut self, method: Globalisation, ray: &mut Ray<'_>) -> Result<Trial, Blocked> {
+    /// Finds a step length and leaves the ray's buffers there; says whether the problem's own last
+    /// evaluation was there as well.
+    pub(super) fn search(&mut self, method: Globalisation, ray: &mut Ray<'_>) -> Result<(Trial, bool), Blocked> {
         let found = match method {
             Globalisation::Backtracking => self.backtrack(ray, 1.0),
             Globalisation::MoreThuente | Globalisation::HagerZhang => {

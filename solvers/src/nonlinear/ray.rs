@@ -180,6 +180,9 @@ impl<'a> Ray<'a> {
 
     /// The trial at `alpha`.
     pub(super) fn at(&mut self, alpha: f64) -> Result<Trial, RayError> {
+        if alpha == 0.0 {
+            return Ok(Trial { alpha, value: self.value, sample: self.here });
+        }
         if let Some(last) = self.last
             && last.alpha == alpha
         {
@@ -191,9 +194,7 @@ impl<'a> Ray<'a> {
             return Err(RayError::Exhausted);
         }
         self.trials += 1;
-        if alpha > 0.0 {
-            self.smallest = self.smallest.min(alpha);
-        }
+        self.smallest = self.smallest.min(alpha.abs());
         let trial = self.evaluate(alpha).map_err(|error| {
             self.error = Some(error.clone());
             RayError::Evaluation(error)
@@ -224,12 +225,13 @@ impl<'a> Ray<'a> {
         Ok(slope)
     }
 
-    /// Leaves the buffers and the problem itself at `alpha`.
-    pub(super) fn settle(&mut self, alpha: f64) -> Result<Trial, EvaluationError> {
-        match self.last {
-            Some(last) if last.alpha == alpha && self.problem_is_at == Some(alpha) => Ok(last),
-            _ => self.evaluate(alpha),
-        }
+    /// Leaves the buffers at `alpha`; says whether the problem's own last evaluation was there as well.
+    pub(super) fn settle(&mut self, alpha: f64) -> Result<(Trial, bool), EvaluationError> {
+        let trial = match self.last {
+            Some(last) if last.alpha == alpha => last,
+            _ => self.evaluate(alpha)?,
+        };
+        Ok((trial, self.problem_is_at == Some(alpha)))
     }
 
     fn evaluate(&mut self, alpha: f64) -> Result<Trial, EvaluationError> {
