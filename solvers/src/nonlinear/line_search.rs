@@ -105,11 +105,11 @@ impl LineSearcher {
         };
         match found {
             Some(alpha) => ray.settle(alpha).map_err(Blocked::Domain),
-            // Not one trial could be evaluated: the domain is to blame, not the merit.
-            None => match (ray.any_admissible(), ray.take_error()) {
-                (false, Some(error)) => Err(Blocked::Domain(error)),
-                _ => Err(Blocked::NoDecrease { trials: ray.trials(), smallest: ray.smallest() }),
-            },
+            // If not even the shortest trial could be evaluated, the domain is to blame and not the merit.
+            None => Err(match ray.take_error() {
+                Some(error) => Blocked::Domain(error),
+                None => Blocked::NoDecrease { trials: ray.trials(), smallest: ray.smallest() },
+            }),
         }
     }
 

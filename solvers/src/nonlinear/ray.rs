@@ -63,9 +63,8 @@ pub(super) struct Ray<'a> {
     /// The point of the problem's own last residual evaluation.
     problem_is_at: Option<f64>,
     smallest: f64,
-    /// The last error of the problem, and whether any trial was free of one.
+    /// Why the last trial could not be evaluated, if it could not.
     error: Option<EvaluationError>,
-    admissible: bool,
     trials: usize,
     calls: usize,
     limit: usize,
@@ -102,7 +101,6 @@ impl<'a> Ray<'a> {
             problem_is_at: None,
             smallest: f64::INFINITY,
             error: None,
-            admissible: false,
             trials: 0,
             calls: 0,
             limit: usize::MAX,
@@ -154,12 +152,7 @@ impl<'a> Ray<'a> {
         self.smallest
     }
 
-    /// Whether any trial could be evaluated.
-    pub(super) fn any_admissible(&self) -> bool {
-        self.admissible
-    }
-
-    /// The last error of the problem.
+    /// Why the last trial could not be evaluated, if it could not.
     pub(super) fn take_error(&mut self) -> Option<EvaluationError> {
         self.error.take()
     }
@@ -199,7 +192,7 @@ impl<'a> Ray<'a> {
             self.error = Some(error.clone());
             RayError::Evaluation(error)
         })?;
-        self.admissible = true;
+        self.error = None;
         if self.is_sufficient(trial) && self.best.is_none_or(|best| trial.value < best.value) {
             self.best = Some(trial);
         }

@@ -1,7 +1,5 @@
 //! A dense linear solver, dense problems with counters, and numbers that carry their derivative.
 
-#![allow(dead_code, reason = "each test program uses a part of it")]
-
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -9,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use nicolson_solvers::linear::{
     LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, SparsePattern, Symmetry, Tangent,
 };
-use nicolson_solvers::nonlinear::NonlinearProblem;
+use nicolson_solvers::nonlinear::{Globalisation, NonlinearProblem};
 use nicolson_solvers::vector::norm;
 use nicolson_solvers::{EvaluationError, vector};
 
@@ -163,9 +161,9 @@ type Domain = Box<dyn Fn(&[f64]) -> Result<(), EvaluationError>>;
 
 /// Equations written with [`Dual`] numbers.
 pub struct Equations {
-    function: Function,
-    domain: Domain,
-    potential: Option<Box<dyn Fn(&[f64]) -> f64>>,
+    pub function: Function,
+    pub domain: Domain,
+    pub potential: Option<Box<dyn Fn(&[f64]) -> f64>>,
     pub key: Option<u64>,
     pub tangent: DenseTangent,
     pub residuals: usize,
@@ -175,6 +173,8 @@ pub struct Equations {
     pub fault_at: Option<usize>,
     /// All residual evaluations from this number on hold NaN.
     pub nan_from: Option<usize>,
+    /// Factor that spoils the tangent.
+    pub tangent_factor: f64,
 }
 
 impl Equations {
@@ -190,6 +190,7 @@ impl Equations {
             last_residual_at: Vec::new(),
             fault_at: None,
             nan_from: None,
+            tangent_factor: 1.0,
         }
     }
 
@@ -238,7 +239,7 @@ impl NonlinearProblem for Equations {
                 .map(|(i, &value)| Dual { slope: f64::from(u8::from(i == column)), ..constant(value) })
                 .collect();
             for (row, value) in (self.function)(&x).iter().enumerate() {
-                self.tangent.entries[row * n + column] = value.slope;
+                self.tangent.entries[row * n + column] = self.tangent_factor * value.slope;
             }
         }
         Ok(())
@@ -379,4 +380,94 @@ impl LinearSolver for DenseLu {
         }
         Err(LinearError::Inaccurate { relative_residual: norm(&residual) / norm(b) })
     }
+}
+
+/// What is wrong with a [`Faulty`] solver.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fault {
+    /// Every preparation fails.
+    Prepare,
+    /// The solve with this number fails.
+    Solve(usize),
+    /// Every solve fails like a Krylov method that stagnates.
+    Stagnates,
+    /// Every solve claims success and returns NaN.
+    NotANumber,
+    /// None, but every system is solved to the tolerance and no further.
+    Inexact,
+}
+
+/// A dense solver with a fault.
+pub struct Faulty {
+    inner: DenseLu,
+    fault: Fault,
+}
+
+impl Faulty {
+    pub fn new(fault: Fault) -> Self {
+        Self { inner: DenseLu::default(), fault }
+    }
+}
+
+impl LinearSolver for Faulty {
+    fn info(&self) -> LinearSolverInfo {
+        self.inner.info()
+    }
+
+    fn counts(&self) -> LinearCounts {
+        self.inner.counts()
+    }
+
+    fn prepare(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
+        if self.fault == Fault::Prepare {
+            return Err(LinearError::Singular { unknown: Some(1) });
+        }
+        self.inner.prepare(tangent)
+    }
+
+    fn solve(
+        &mut self,
+        tangent: &dyn Tangent,
+        b: &[f64],
+        x: &mut [f64],
+        tolerance: f64,
+    ) -> Result<LinearReport, LinearError> {
+        let report = self.inner.solve(tangent, b, x, tolerance)?;
+        match self.fault {
+            Fault::Solve(number) if self.inner.counts.solves == number => {
+                Err(LinearError::Breakdown { iterations: 3, relative_residual: 0.5 })
+            }
+            Fault::Stagnates => Err(LinearError::IterationLimit { iterations: 500, relative_residual: 0.3 }),
+            Fault::NotANumber => {
+                x[0] = f64::NAN;
+                Ok(report)
+            }
+            Fault::Inexact => {
+                // A x = (1 − η) b has the relative residual η.
+                for x in x.iter_mut() {
+                    *x *= 1.0 - tolerance;
+                }
+                Ok(LinearReport { iterations: 7, relative_residual: tolerance })
+            }
+            _ => Ok(report),
+        }
+    }
+}
+
+/// Every globalisation there is.
+pub fn globalisations() -> [Globalisation; 5] {
+    [
+        Globalisation::None,
+        Globalisation::Backtracking,
+        Globalisation::MoreThuente,
+        Globalisation::HagerZhang,
+        Globalisation::TrustRegion { initial_radius: None },
+    ]
+}
+
+/// `ln x = 0`, defined for positive `x`.
+pub fn logarithm() -> Equations {
+    Equations::new(1, |x| vec![x[0].ln()]).inside(|y| {
+        if y[0] > 0.0 { Ok(()) } else { Err(EvaluationError::outside_domain("argument of the logarithm", 0, y[0])) }
+    })
 }
