@@ -64,6 +64,8 @@ struct Run {
     work: NewtonTotals,
     /// Whether the residual buffer belongs to the last point of the history.
     has_residual: bool,
+    /// Whether the problem's own last residual evaluation was at that point.
+    problem_is_here: bool,
 }
 
 /// A trial point that the globalisation found acceptable; it is in the trial buffers.
@@ -72,6 +74,7 @@ struct Found {
     length: f64,
     trials: usize,
     merit: Merit,
+    problem_is_here: bool,
 }
 
 impl NewtonSolver {
@@ -168,6 +171,7 @@ impl NewtonSolver {
         let mut here = evaluate(problem, y, &mut self.vectors.residual, &mut run.work)
             .map_err(|error| NewtonCause::Domain { error, at_start: true })?;
         run.has_residual = true;
+        run.problem_is_here = true;
         let mut criteria = Criteria::new(&self.options, here);
         let mut forcing = ForcingSequence::new(self.options.forcing);
         let mut limit = self.options.max_iterations;
@@ -175,14 +179,12 @@ impl NewtonSolver {
 
         loop {
             if let Some(convergence) = criteria.converged(here) {
-                return Ok(convergence);
+                return self.finish(convergence, problem, y, run);
             }
             if run.work.iterations >= limit {
-                // The last step may owe its failure to a stale tangent: full Newton gets its own chance.
-                if self.options.tangent == TangentPolicy::Full || problem.constant_tangent().is_some() {
-                    return Err(NewtonCause::IterationLimit { iterations: run.work.iterations });
-                }
-                if !self.tangent.escalate(TangentCause::IterationLimit) {
+                // The failure may be due to stale tangents: full Newton gets its own chance.
+                let never_stale = self.options.tangent == TangentPolicy::Full || problem.constant_tangent().is_some();
+                if never_stale || !self.tangent.escalate(TangentCause::IterationLimit) {
                     return Err(NewtonCause::IterationLimit { iterations: run.work.iterations });
                 }
                 limit += self.options.max_iterations;
@@ -201,9 +203,14 @@ impl NewtonSolver {
             };
             if !self.tangent.is_stale() && criteria.step_vanishes(norm(&self.vectors.direction), norm(y)) {
                 // No representable change of y is left to try.
-                return self.at_precision(criteria.is_small(here), problem, y, run);
+                return if criteria.is_small(here) {
+                    self.finish(Convergence::PrecisionLimit, problem, y, run)
+                } else {
+                    Err(NewtonCause::Stagnation { iterations: 1 })
+                };
             }
 
+            run.problem_is_here = false;
             let found = match self.globalise(problem, y, here, linear, run) {
                 Ok(found) => found,
                 Err(blocked) if self.tangent.is_stale() => {
@@ -212,7 +219,7 @@ impl NewtonSolver {
                 }
                 Err(Blocked::Domain(error)) => return Err(NewtonCause::Domain { error, at_start: false }),
                 Err(Blocked::NoDecrease { .. }) if criteria.is_noise(here) => {
-                    return self.at_precision(true, problem, y, run);
+                    return self.finish(Convergence::PrecisionLimit, problem, y, run);
                 }
                 Err(Blocked::NoDecrease { trials, smallest }) => {
                     return Err(NewtonCause::LineSearch { trials, smallest });
@@ -232,6 +239,7 @@ impl NewtonSolver {
             forcing.observe(eta, here.norm, found.length, linear.relative_residual);
             let step = self.accept(y, &found);
             run.work.iterations += 1;
+            run.problem_is_here = found.problem_is_here;
             here = found.sample;
             self.record(
                 run,
@@ -257,7 +265,7 @@ impl NewtonSolver {
                 continue;
             }
             if contraction > 0.5 && criteria.is_noise(here) {
-                return Ok(Convergence::PrecisionLimit);
+                return self.finish(Convergence::PrecisionLimit, problem, y, run);
             }
             if let Some(trouble) = criteria.judge(here) {
                 if was_stale && self.tangent.escalate(TangentCause::Stagnation) {
@@ -364,19 +372,32 @@ impl NewtonSolver {
             let step = TrustRegionStep { y, here, residual, direction, trial, trial_residual, limit };
             let (trial, trials) = self.trust.step(problem, step, &mut run.work)?;
             run.work.line_search_steps += trials - 1;
-            return Ok(Found { sample: trial.sample, length: trial.alpha, trials, merit: Merit::Residual });
+            let (sample, length, merit) = (trial.sample, trial.alpha, Merit::Residual);
+            return Ok(Found { sample, length, trials, merit, problem_is_here: true });
         }
-        let buffers = RayBuffers { trial, residual: trial_residual, difference };
-        let accuracy = linear.relative_residual;
-        let mut ray = Ray::new(problem, y, direction, buffers, &mut run.work, residual, here, accuracy);
-        ray.limit_trials(limit);
-        if self.options.merit == Merit::Potential && self.options.globalisation != Globalisation::None {
-            ray.prefer_potential(residual);
+        let wants_potential =
+            self.options.merit == Merit::Potential && self.options.globalisation != Globalisation::None;
+        for with_potential in [true, false] {
+            let buffers = RayBuffers { trial, residual: trial_residual, difference };
+            let accuracy = linear.relative_residual;
+            let mut ray = Ray::new(problem, y, direction, buffers, &mut run.work, residual, here, accuracy);
+            ray.limit_trials(limit);
+            if with_potential && wants_potential {
+                ray.prefer_potential(residual);
+            }
+            let found = self.searcher.search(self.options.globalisation, &mut ray);
+            let (trials, merit) = (ray.trials(), ray.merit());
+            run.work.line_search_steps += trials.saturating_sub(1);
+            match found {
+                // The decrease may have drowned in the rounding of the potential: the residual can tell.
+                Err(Blocked::NoDecrease { .. }) if merit == Merit::Potential => {}
+                Err(blocked) => return Err(blocked),
+                Ok((trial, problem_is_here)) => {
+                    return Ok(Found { sample: trial.sample, length: trial.alpha, trials, merit, problem_is_here });
+                }
+            }
         }
-        let found = self.searcher.search(self.options.globalisation, &mut ray);
-        let (trials, merit) = (ray.trials(), ray.merit());
-        run.work.line_search_steps += trials.saturating_sub(1);
-        found.map(|trial| Found { sample: trial.sample, length: trial.alpha, trials, merit })
+        Err(Blocked::NoDecrease { trials: limit, smallest: 0.0 })
     }
 
     /// Moves to the trial point and returns the norm of the step.
@@ -399,21 +420,19 @@ impl NewtonSolver {
         self.tangent.demand(cause);
     }
 
-    /// Ends where no step can improve: converged if the residual is small against its summands.
-    fn at_precision(
+    /// Leaves the problem at the solution: it may have been evaluated at other trial points since.
+    fn finish(
         &mut self,
-        is_small: bool,
+        convergence: Convergence,
         problem: &mut dyn NonlinearProblem,
         y: &[f64],
         run: &mut Run,
     ) -> Result<Convergence, NewtonCause> {
-        if !is_small {
-            return Err(NewtonCause::Stagnation { iterations: 1 });
+        if !run.problem_is_here {
+            evaluate(problem, y, &mut self.vectors.residual, &mut run.work)
+                .map_err(|error| NewtonCause::Domain { error, at_start: false })?;
         }
-        // Trials may have been evaluated since, and the problem is to be left at y.
-        evaluate(problem, y, &mut self.vectors.residual, &mut run.work)
-            .map_err(|error| NewtonCause::Domain { error, at_start: false })?;
-        Ok(Convergence::PrecisionLimit)
+        Ok(convergence)
     }
 
     fn record(&mut self, run: &mut Run, record: IterationRecord) -> Result<(), NewtonCause> {

@@ -63,9 +63,8 @@ pub(super) struct Ray<'a> {
     /// The point of the problem's own last residual evaluation.
     problem_is_at: Option<f64>,
     smallest: f64,
-    /// The last error of the problem, and whether any trial was free of one.
+    /// Why the last trial could not be evaluated, if it could not.
     error: Option<EvaluationError>,
-    admissible: bool,
     trials: usize,
     calls: usize,
     limit: usize,
@@ -102,7 +101,6 @@ impl<'a> Ray<'a> {
             problem_is_at: None,
             smallest: f64::INFINITY,
             error: None,
-            admissible: false,
             trials: 0,
             calls: 0,
             limit: usize::MAX,
@@ -154,12 +152,7 @@ impl<'a> Ray<'a> {
         self.smallest
     }
 
-    /// Whether any trial could be evaluated.
-    pub(super) fn any_admissible(&self) -> bool {
-        self.admissible
-    }
-
-    /// The last error of the problem.
+    /// Why the last trial could not be evaluated, if it could not.
     pub(super) fn take_error(&mut self) -> Option<EvaluationError> {
         self.error.take()
     }
@@ -180,6 +173,9 @@ impl<'a> Ray<'a> {
 
     /// The trial at `alpha`.
     pub(super) fn at(&mut self, alpha: f64) -> Result<Trial, RayError> {
+        if alpha == 0.0 {
+            return Ok(Trial { alpha, value: self.value, sample: self.here });
+        }
         if let Some(last) = self.last
             && last.alpha == alpha
         {
@@ -191,14 +187,12 @@ impl<'a> Ray<'a> {
             return Err(RayError::Exhausted);
         }
         self.trials += 1;
-        if alpha > 0.0 {
-            self.smallest = self.smallest.min(alpha);
-        }
+        self.smallest = self.smallest.min(alpha.abs());
         let trial = self.evaluate(alpha).map_err(|error| {
             self.error = Some(error.clone());
             RayError::Evaluation(error)
         })?;
-        self.admissible = true;
+        self.error = None;
         if self.is_sufficient(trial) && self.best.is_none_or(|best| trial.value < best.value) {
             self.best = Some(trial);
         }
@@ -224,12 +218,13 @@ impl<'a> Ray<'a> {
         Ok(slope)
     }
 
-    /// Leaves the buffers and the problem itself at `alpha`.
-    pub(super) fn settle(&mut self, alpha: f64) -> Result<Trial, EvaluationError> {
-        match self.last {
-            Some(last) if last.alpha == alpha && self.problem_is_at == Some(alpha) => Ok(last),
-            _ => self.evaluate(alpha),
-        }
+    /// Leaves the buffers at `alpha`; says whether the problem's own last evaluation was there as well.
+    pub(super) fn settle(&mut self, alpha: f64) -> Result<(Trial, bool), EvaluationError> {
+        let trial = match self.last {
+            Some(last) if last.alpha == alpha => last,
+            _ => self.evaluate(alpha)?,
+        };
+        Ok((trial, self.problem_is_at == Some(alpha)))
     }
 
     fn evaluate(&mut self, alpha: f64) -> Result<Trial, EvaluationError> {
