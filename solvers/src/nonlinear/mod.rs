@@ -1,7 +1,47 @@
 //! Nonlinear systems `R(y) = 0`. Time does not exist here.
 //!
-//! Newton's method is a product of independent choices:
-//! tangent policy × linear solver × forcing × globalisation × criteria.
+//! Newton's method is a product of independent choices, each an enum or a trait with one file:
+//!
+//! | choice | type | what it decides |
+//! |---|---|---|
+//! | tangent policy | [`TangentPolicy`] | when the derivative is linearised and factored again |
+//! | linear solve | [`LinearSolver`](crate::linear::LinearSolver) | how `J d = −R` is solved |
+//! | forcing | [`Forcing`] | how accurately |
+//! | globalisation | [`Globalisation`], [`Merit`] | what is done about steps that are too long |
+//! | criteria | tolerances of [`NewtonOptions`] | converged, stagnating, diverging |
+//! | monitor | [`NewtonMonitor`] | who watches, and may stop it |
+//!
+//! Rules that hold for every combination:
+//!
+//! - Only a residual converges. A small step is no evidence: a rejected or shortened step is small too.
+//! - A trial point where the equations cannot be evaluated means that the step was too long.
+//! - A failure with a stale tangent renews it; only a failure with a fresh tangent is one.
+//! - The residual is evaluated before any tangent work; a converged start costs one evaluation.
+//! - On success the problem's last residual evaluation was at the solution; on failure the unknowns
+//!   have the bits they had before.
+//!
+//! Not here: bounds and inequalities, continuation, preconditioned nonlinear iterations.
+
+mod criteria;
+mod forcing;
+mod line_search;
+mod monitor;
+mod newton;
+mod options;
+mod quasi_newton;
+mod ray;
+mod report;
+mod sample;
+mod tangent_policy;
+mod trust_region;
+
+pub use criteria::Convergence;
+pub use forcing::Forcing;
+pub use monitor::NewtonMonitor;
+pub use newton::NewtonSolver;
+pub use options::{Globalisation, Merit, NewtonOptions, NewtonOptionsError};
+pub use report::{IterationRecord, NewtonCause, NewtonFailure, NewtonReport, NewtonTotals, WorstUnknown};
+pub use tangent_policy::{SecantUpdate, TangentCause, TangentCounts, TangentPolicy};
 
 use crate::EvaluationError;
 use crate::linear::Tangent;
@@ -20,6 +60,10 @@ pub trait NonlinearProblem {
     fn residual(&mut self, y: &[f64], out: &mut [f64]) -> Result<f64, EvaluationError>;
 
     /// Freezes the derivative at `y`; [`tangent`](Self::tangent) is that derivative until the next call.
+    ///
+    /// Also called once per solve where a kept factor makes it seem unnecessary, because a problem with a
+    /// [constant tangent](Self::constant_tangent) may be another object than the one that was factored: a
+    /// problem that knows better returns at once.
     ///
     /// # Errors
     /// As [`residual`](Self::residual).
