@@ -198,6 +198,44 @@ fn bad_input_is_a_failure_and_no_panic() {
 }
 
 #[test]
+fn absurd_options_do_not_panic() {
+    for tangent in [TangentPolicy::Modified, TangentPolicy::broyden(), TangentPolicy::limited_bfgs()] {
+        let tangent = match tangent {
+            TangentPolicy::QuasiNewton { update, contraction, steps, .. } => {
+                TangentPolicy::QuasiNewton { update, memory: usize::MAX, contraction, steps }
+            }
+            other => other,
+        };
+        for globalisation in globalisations().into_iter().take(4) {
+            let huge = usize::MAX;
+            let options = NewtonOptions {
+                tangent,
+                globalisation,
+                max_iterations: huge,
+                max_trials: huge,
+                stagnation: huge,
+                divergence: f64::INFINITY,
+                ..Default::default()
+            };
+            let mut solver = NewtonSolver::new(options, Box::new(DenseLu::default()));
+            solver.solve(&mut logarithm(), &mut [12.0]).expect("a solution");
+        }
+    }
+}
+
+#[test]
+fn huge_residuals_do_not_overflow_the_merit() {
+    let scaled = |x: &[support::Dual]| vec![x[0].ln() * 1e200];
+    for globalisation in [Globalisation::None, Globalisation::Backtracking, Globalisation::MoreThuente] {
+        let mut problem = Equations { function: Box::new(scaled), ..logarithm() };
+        let mut solver = NewtonSolver::new(with(globalisation), Box::new(DenseLu::default()));
+        let mut y = [12.0];
+        solver.solve(&mut problem, &mut y).expect("a solution");
+        assert!((y[0] - 1.0).abs() < 1e-8);
+    }
+}
+
+#[test]
 fn a_trust_region_without_the_transposed_product_says_so() {
     let mut problem = Equations::new(2, rosenbrock);
     problem.tangent = DenseTangent::new(2).without_entries();

@@ -98,7 +98,7 @@ fn a_linear_problem_takes_one_iteration_and_one_factorisation_for_ever() {
 #[test]
 fn another_key_another_size_and_forgetting_cost_a_factorisation() {
     let mut solver = solver(NewtonOptions::default());
-    let mut factorisations = |solver: &mut NewtonSolver, mut problem: Equations| {
+    let factorisations = |solver: &mut NewtonSolver, mut problem: Equations| {
         let mut y = vec![0.0; problem.tangent.size];
         solve(solver, &mut problem, &mut y);
         solver.totals().factorisations.total()

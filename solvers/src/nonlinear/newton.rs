@@ -1,22 +1,20 @@
 //! Newton's method: evaluate, renew the tangent if need be, solve, globalise, judge.
 
-use std::ops::ControlFlow;
-use std::time::Instant;
-
 use super::NonlinearProblem;
 use super::criteria::{Convergence, Criteria, Trouble};
 use super::forcing::ForcingSequence;
 use super::line_search::{Blocked, LineSearcher};
 use super::monitor::NewtonMonitor;
-use super::options::{Globalisation, Merit, NewtonOptions};
+use super::newton_parts::{Run, Vectors, start_record};
+use super::options::NewtonOptions;
 use super::quasi_newton::QuasiNewton;
-use super::ray::{Ray, RayBuffers};
 use super::report::{IterationRecord, NewtonCause, NewtonFailure, NewtonReport, NewtonTotals};
-use super::sample::{Sample, evaluate};
-use super::tangent_policy::{TangentCause, TangentPolicy, TangentState};
-use super::trust_region::{TrustRegion, TrustRegionStep};
-use crate::linear::{LinearError, LinearReport, LinearSolver};
-use crate::vector::{first_not_finite, norm};
+use super::sample::evaluate;
+use super::tangent_policy::{TangentCause, TangentPolicy};
+use super::tangent_state::TangentState;
+use super::trust_region::TrustRegion;
+use crate::linear::LinearSolver;
+use crate::vector::norm;
 
 /// Solves one nonlinear problem after another with one linear solver.
 ///
@@ -26,55 +24,15 @@ use crate::vector::{first_not_finite, norm};
 /// [constant tangent](NonlinearProblem::constant_tangent): so one solver belongs to one problem, or
 /// [`forget`](Self::forget) is called between two.
 pub struct NewtonSolver {
-    options: NewtonOptions,
-    linear: Box<dyn LinearSolver>,
-    tangent: TangentState,
-    quasi: Option<QuasiNewton>,
-    searcher: LineSearcher,
-    trust: TrustRegion,
-    vectors: Vectors,
-    totals: NewtonTotals,
-    monitor: Option<Box<dyn NewtonMonitor>>,
-}
-
-/// Work space, kept so that only the first solve allocates.
-#[derive(Debug, Default)]
-struct Vectors {
-    start: Vec<f64>,
-    residual: Vec<f64>,
-    direction: Vec<f64>,
-    trial: Vec<f64>,
-    trial_residual: Vec<f64>,
-    difference: Vec<f64>,
-}
-
-impl Vectors {
-    fn resize(&mut self, unknowns: usize) {
-        let Self { start, residual, direction, trial, trial_residual, difference } = self;
-        for vector in [start, residual, direction, trial, trial_residual, difference] {
-            vector.resize(unknowns, 0.0);
-        }
-    }
-}
-
-/// What one solve has done so far.
-#[derive(Debug, Default)]
-struct Run {
-    history: Vec<IterationRecord>,
-    work: NewtonTotals,
-    /// Whether the residual buffer belongs to the last point of the history.
-    has_residual: bool,
-    /// Whether the problem's own last residual evaluation was at that point.
-    problem_is_here: bool,
-}
-
-/// A trial point that the globalisation found acceptable; it is in the trial buffers.
-struct Found {
-    sample: Sample,
-    length: f64,
-    trials: usize,
-    merit: Merit,
-    problem_is_here: bool,
+    pub(super) options: NewtonOptions,
+    pub(super) linear: Box<dyn LinearSolver>,
+    pub(super) tangent: TangentState,
+    pub(super) quasi: Option<QuasiNewton>,
+    pub(super) searcher: LineSearcher,
+    pub(super) trust: TrustRegion,
+    pub(super) vectors: Vectors,
+    pub(super) totals: NewtonTotals,
+    pub(super) monitor: Option<Box<dyn NewtonMonitor>>,
 }
 
 impl NewtonSolver {
@@ -160,6 +118,7 @@ impl NewtonSolver {
         outcome
     }
 
+    /// The method itself.
     fn iterate(
         &mut self,
         problem: &mut dyn NonlinearProblem,
@@ -187,7 +146,7 @@ impl NewtonSolver {
                 if never_stale || !self.tangent.escalate(TangentCause::IterationLimit) {
                     return Err(NewtonCause::IterationLimit { iterations: run.work.iterations });
                 }
-                limit += self.options.max_iterations;
+                limit = limit.saturating_add(self.options.max_iterations);
                 criteria.give_another_chance();
             }
 
@@ -278,209 +237,6 @@ impl NewtonSolver {
                 });
             }
         }
-    }
-
-    fn begin(&mut self, problem: &dyn NonlinearProblem) {
-        self.tangent.begin_solve(problem.unknowns(), problem.constant_tangent());
-        if let Some(quasi) = &mut self.quasi {
-            quasi.restart();
-        }
-        if let Globalisation::TrustRegion { initial_radius } = self.options.globalisation {
-            self.trust.begin_solve(initial_radius);
-        }
-    }
-
-    /// Linearises and factors if the policy wants it, and says why it did.
-    fn prepare_tangent(
-        &mut self,
-        problem: &mut dyn NonlinearProblem,
-        y: &[f64],
-        run: &mut Run,
-    ) -> Result<Option<TangentCause>, NewtonCause> {
-        let due = self.tangent.due();
-        if due.is_some() || self.tangent.must_linearise() {
-            run.work.linearisations += 1;
-            problem.linearise(y).map_err(|error| NewtonCause::Domain { error, at_start: false })?;
-            self.tangent.linearised();
-        }
-        if let Some(cause) = due {
-            run.work.factorisations.count(cause);
-            let clock = Instant::now();
-            let prepared = self.linear.prepare(problem.tangent());
-            run.work.factorisation_seconds += clock.elapsed().as_secs_f64();
-            prepared.map_err(NewtonCause::LinearSolve)?;
-            self.tangent.renewed(problem.unknowns());
-            if let Some(quasi) = &mut self.quasi {
-                quasi.restart();
-            }
-        }
-        Ok(due)
-    }
-
-    fn linear_tolerance(
-        &self,
-        problem: &dyn NonlinearProblem,
-        forcing: &ForcingSequence,
-        here: Sample,
-        target: f64,
-    ) -> f64 {
-        let eta = forcing.next(here.norm, target);
-        // A linear problem has nothing to gain from a second iteration.
-        if problem.constant_tangent().is_some() { eta.min((0.1 * target / here.norm).max(1e-14)) } else { eta }
-    }
-
-    /// The direction `d = −B⁻¹ R`.
-    fn direction(
-        &mut self,
-        problem: &dyn NonlinearProblem,
-        eta: f64,
-        run: &mut Run,
-    ) -> Result<LinearReport, LinearError> {
-        let Vectors { residual, direction, .. } = &mut self.vectors;
-        let linear = &mut self.linear;
-        let tangent = problem.tangent();
-        let clock = Instant::now();
-        let report = match &mut self.quasi {
-            None => linear.solve(tangent, residual, direction, eta),
-            Some(quasi) => quasi.solve(residual, direction, |b, x| linear.solve(tangent, b, x, eta)),
-        };
-        run.work.solve_seconds += clock.elapsed().as_secs_f64();
-        run.work.linear_solves += 1;
-        let report = report?;
-        run.work.linear_iterations += report.iterations;
-        if first_not_finite(direction).is_some() {
-            return Err(LinearError::Breakdown { iterations: report.iterations, relative_residual: f64::NAN });
-        }
-        for d in direction.iter_mut() {
-            *d = -*d;
-        }
-        Ok(report)
-    }
-
-    /// Finds a trial point and leaves it in the trial buffers.
-    fn globalise(
-        &mut self,
-        problem: &mut dyn NonlinearProblem,
-        y: &[f64],
-        here: Sample,
-        linear: LinearReport,
-        run: &mut Run,
-    ) -> Result<Found, Blocked> {
-        let Vectors { residual, direction, trial, trial_residual, difference, .. } = &mut self.vectors;
-        let limit = self.options.max_trials;
-        if let Globalisation::TrustRegion { .. } = self.options.globalisation {
-            let step = TrustRegionStep { y, here, residual, direction, trial, trial_residual, limit };
-            let (trial, trials) = self.trust.step(problem, step, &mut run.work)?;
-            run.work.line_search_steps += trials - 1;
-            let (sample, length, merit) = (trial.sample, trial.alpha, Merit::Residual);
-            return Ok(Found { sample, length, trials, merit, problem_is_here: true });
-        }
-        let wants_potential =
-            self.options.merit == Merit::Potential && self.options.globalisation != Globalisation::None;
-        for with_potential in [true, false] {
-            let buffers = RayBuffers { trial, residual: trial_residual, difference };
-            let accuracy = linear.relative_residual;
-            let mut ray = Ray::new(problem, y, direction, buffers, &mut run.work, residual, here, accuracy);
-            ray.limit_trials(limit);
-            if with_potential && wants_potential {
-                ray.prefer_potential(residual);
-            }
-            let found = self.searcher.search(self.options.globalisation, &mut ray);
-            let (trials, merit) = (ray.trials(), ray.merit());
-            run.work.line_search_steps += trials.saturating_sub(1);
-            match found {
-                // The decrease may have drowned in the rounding of the potential: the residual can tell.
-                Err(Blocked::NoDecrease { .. }) if merit == Merit::Potential => {}
-                Err(blocked) => return Err(blocked),
-                Ok((trial, problem_is_here)) => {
-                    return Ok(Found { sample: trial.sample, length: trial.alpha, trials, merit, problem_is_here });
-                }
-            }
-        }
-        Err(Blocked::NoDecrease { trials: limit, smallest: 0.0 })
-    }
-
-    /// Moves to the trial point and returns the norm of the step.
-    fn accept(&mut self, y: &mut [f64], found: &Found) -> f64 {
-        let Vectors { residual, direction, trial, trial_residual, difference, .. } = &mut self.vectors;
-        for ((step, trial), y) in difference.iter_mut().zip(trial.iter()).zip(y.iter()) {
-            *step = trial - y;
-        }
-        if let Some(quasi) = &mut self.quasi {
-            quasi.observe(found.length, direction, residual, trial_residual);
-        }
-        y.copy_from_slice(trial);
-        std::mem::swap(residual, trial_residual);
-        norm(difference)
-    }
-
-    /// Gives up what a stale tangent led to.
-    fn retry(&mut self, run: &mut Run, cause: TangentCause) {
-        run.work.rejected_steps += 1;
-        self.tangent.demand(cause);
-    }
-
-    /// Leaves the problem at the solution: it may have been evaluated at other trial points since.
-    fn finish(
-        &mut self,
-        convergence: Convergence,
-        problem: &mut dyn NonlinearProblem,
-        y: &[f64],
-        run: &mut Run,
-    ) -> Result<Convergence, NewtonCause> {
-        if !run.problem_is_here {
-            evaluate(problem, y, &mut self.vectors.residual, &mut run.work)
-                .map_err(|error| NewtonCause::Domain { error, at_start: false })?;
-        }
-        Ok(convergence)
-    }
-
-    fn record(&mut self, run: &mut Run, record: IterationRecord) -> Result<(), NewtonCause> {
-        run.history.push(record);
-        match self.monitor.as_mut().map(|monitor| monitor.point(&record)) {
-            Some(ControlFlow::Break(())) => Err(NewtonCause::Stopped),
-            _ => Ok(()),
-        }
-    }
-
-    /// Restores `y` and collects the evidence.
-    fn fail(
-        &mut self,
-        problem: &dyn NonlinearProblem,
-        y: &mut [f64],
-        run: &mut Run,
-        cause: NewtonCause,
-    ) -> (NewtonCause, Vec<super::report::WorstUnknown>) {
-        run.work.failures = 1;
-        if matches!(cause, NewtonCause::WrongLength { .. }) {
-            return (cause, Vec::new());
-        }
-        y.copy_from_slice(&self.vectors.start);
-        self.tangent.failed(matches!(cause, NewtonCause::LinearSolve(_)));
-        let worst = if run.has_residual {
-            NewtonFailure::worst_of(&self.vectors.residual, |unknown| problem.describe(unknown))
-        } else {
-            Vec::new()
-        };
-        (cause, worst)
-    }
-}
-
-fn start_record(here: Sample) -> IterationRecord {
-    IterationRecord {
-        iteration: 0,
-        residual: here.norm,
-        relative: 1.0,
-        scale: here.scale,
-        contraction: 1.0,
-        step: 0.0,
-        step_length: 0.0,
-        trials: 0,
-        merit: Merit::Residual,
-        tangent: None,
-        forcing: 0.0,
-        linear_residual: 0.0,
-        linear_iterations: 0,
     }
 }
 

@@ -71,8 +71,8 @@ pub(super) struct Ray<'a> {
 }
 
 impl<'a> Ray<'a> {
-    /// The ray from `origin`, where the residual is `residual`, along `direction`, which solves the
-    /// linear model to the relative residual `linear_residual`.
+    /// The ray from `origin` along `direction`, which solves the linear model to the relative residual
+    /// `linear_residual`.
     #[allow(clippy::too_many_arguments, reason = "one private call site; a struct would only rename the arguments")]
     pub(super) fn new(
         problem: &'a mut dyn NonlinearProblem,
@@ -80,7 +80,6 @@ impl<'a> Ray<'a> {
         direction: &'a [f64],
         buffers: RayBuffers<'a>,
         work: &'a mut NewtonTotals,
-        residual: &[f64],
         here: Sample,
         linear_residual: f64,
     ) -> Self {
@@ -91,9 +90,10 @@ impl<'a> Ray<'a> {
             buffers,
             work,
             merit: Merit::Residual,
-            value: 0.5 * here.norm * here.norm,
+            // Relative to ‖R(0)‖², so that nothing overflows.
+            value: 0.5,
             // (½‖R‖²)' = R · J d = −‖R‖² + R · (R + J d) ≤ −(1 − η) ‖R‖².
-            slope: -(1.0 - linear_residual.clamp(0.0, 0.999)) * dot(residual, residual),
+            slope: -(1.0 - linear_residual.clamp(0.0, 0.999)),
             here,
             last: None,
             last_slope: None,
@@ -173,15 +173,18 @@ impl<'a> Ray<'a> {
 
     /// The trial at `alpha`.
     pub(super) fn at(&mut self, alpha: f64) -> Result<Trial, RayError> {
+        // A search that asks for the same points for ever must come to an end as well.
+        self.calls += 1;
+        if self.calls > 8 * self.limit.min(1000) {
+            return Err(RayError::Exhausted);
+        }
         if alpha == 0.0 {
             return Ok(Trial { alpha, value: self.value, sample: self.here });
         }
         if let Some(last) = self.last
             && last.alpha == alpha
         {
-            // A search that asks for the same point for ever must come to an end as well.
-            self.calls += 1;
-            return if self.calls > 8 * self.limit.min(1000) { Err(RayError::Exhausted) } else { Ok(last) };
+            return Ok(last);
         }
         if self.trials >= self.limit {
             return Err(RayError::Exhausted);
@@ -239,7 +242,7 @@ impl<'a> Ray<'a> {
         self.problem_is_at = Some(alpha);
         sample.potential = potential;
         let value = match (self.merit, potential) {
-            (Merit::Residual, _) => 0.5 * sample.norm * sample.norm,
+            (Merit::Residual, _) => 0.5 * (sample.norm / self.here.norm).powi(2),
             (Merit::Potential, Some(value)) if value.is_finite() => value,
             (Merit::Potential, value) => {
                 return Err(EvaluationError::not_finite("potential", 0, value.unwrap_or(f64::NAN)));
@@ -265,7 +268,8 @@ impl<'a> Ray<'a> {
         place(self.origin, alpha, self.direction, self.buffers.trial);
         outcome?;
         let residual = &*self.buffers.residual;
-        Ok((dot(residual, self.buffers.difference) - dot(residual, residual)) / step)
+        let change = dot(residual, self.buffers.difference) - dot(residual, residual);
+        Ok(change / (self.here.norm * self.here.norm) / step)
     }
 }
 

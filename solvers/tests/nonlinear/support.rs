@@ -158,12 +158,13 @@ impl Tangent for DenseTangent {
 
 type Function = Box<dyn Fn(&[Dual]) -> Vec<Dual>>;
 type Domain = Box<dyn Fn(&[f64]) -> Result<(), EvaluationError>>;
+type Potential = Box<dyn Fn(&[f64]) -> f64>;
 
 /// Equations written with [`Dual`] numbers.
 pub struct Equations {
     pub function: Function,
     pub domain: Domain,
-    pub potential: Option<Box<dyn Fn(&[f64]) -> f64>>,
+    pub potential: Option<Potential>,
     pub key: Option<u64>,
     pub tangent: DenseTangent,
     pub residuals: usize,
@@ -324,8 +325,8 @@ impl LinearSolver for DenseLu {
             unit[column] = 1.0;
             tangent.apply(&unit, &mut image);
             unit[column] = 0.0;
-            for row in 0..n {
-                self.factor[row * n + column] = image[row];
+            for (row, entry) in image.iter().enumerate() {
+                self.factor[row * n + column] = *entry;
             }
         }
         if let Some(entry) = self.factor.iter().position(|entry| !entry.is_finite()) {

@@ -170,9 +170,9 @@ pub fn broyden_tridiagonal(x: &[Dual]) -> Vec<Dual> {
 fn broyden_banded(x: &[Dual]) -> Vec<Dual> {
     let equation = |i: usize| {
         let mut f = x[i] * (x[i] * x[i] * 5.0 + 2.0) + 1.0;
-        for j in i.saturating_sub(5)..=(i + 1).min(x.len() - 1) {
+        for (j, x) in x.iter().enumerate().take(i + 2).skip(i.saturating_sub(5)) {
             if j != i {
-                f = f - x[j] * (x[j] + 1.0);
+                f = f - *x * (*x + 1.0);
             }
         }
         f
