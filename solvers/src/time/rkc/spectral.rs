@@ -107,7 +107,6 @@ impl Attempt<'_> {
         let length = f64::EPSILON.sqrt() * if size > 0.0 { size } else { 1.0 };
         let direction = &mut self.start.memory.dominant_direction;
         let known = direction.len() == n;
-        let mut mixed = known;
         if !known {
             direction.clear();
             direction.extend((0..n as u64).map(pseudo_random));
