@@ -10,7 +10,7 @@
 
 use std::sync::Arc;
 
-use super::iteration::{ApproximateInverse, misses};
+use super::iteration::{ApproximateInverse, is_known, misses};
 use super::scaling::Equilibration;
 use super::{LinearCounts, LinearError, SparsePattern, Symmetry, Tangent};
 use crate::vector::{first_not_finite, max_norm, norm};
@@ -38,8 +38,20 @@ pub(super) trait Factors: Send {
     /// Factors a matrix on the pattern of the last analysis.
     fn factor(&mut self, pattern: &SparsePattern, values: &[f64]) -> Result<(), LinearError>;
 
-    /// Turns to a more stable variant, if there is one.
-    fn fall_back(&mut self) -> bool {
+    /// Turns to a more stable variant, if there is one. The next step is a new factorisation.
+    ///
+    /// # Errors
+    /// Those of the analysis that the variant may need.
+    fn fall_back(&mut self, pattern: &SparsePattern) -> Result<bool, LinearError> {
+        let _ = pattern;
+        Ok(false)
+    }
+
+    /// Goes back to the first variant.
+    fn restore(&mut self) {}
+
+    /// Whether the factor shows by itself that it is stable and far from singular.
+    fn is_evidently_good(&self) -> bool {
         false
     }
 
@@ -98,9 +110,7 @@ impl FactoredMatrix {
 
     /// Analyses a pattern that is new.
     fn analyse(&mut self, pattern: &Arc<SparsePattern>, counts: &mut LinearCounts) -> Result<(), LinearError> {
-        if let Some(known) = &self.pattern
-            && (Arc::ptr_eq(known, pattern) || known == pattern)
-        {
+        if is_known(&self.pattern, pattern) {
             return Ok(());
         }
         self.pattern = None;
@@ -121,8 +131,8 @@ impl FactoredMatrix {
         Ok(())
     }
 
-    /// Judges the factor by one solve. `Ok(false)`: unstable.
-    fn probe(&mut self, pattern: &SparsePattern) -> Result<bool, LinearError> {
+    /// Judges the factor by one solve.
+    fn probe(&mut self, pattern: &SparsePattern) -> Verdict {
         let matrix = norm_of_rows(pattern, &self.values);
         for (i, v) in self.probe.iter_mut().enumerate() {
             *v = scatter(i);
@@ -130,27 +140,24 @@ impl FactoredMatrix {
         let right = max_norm(&self.probe);
         self.factors.solve(&mut self.probe);
         if first_not_finite(&self.probe).is_some() {
-            return Err(LinearError::Singular { unknown: None });
+            return Verdict::Useless(LinearError::Singular { unknown: None });
         }
         let length = max_norm(&self.probe);
         let mut error = 0.0_f64;
         for row in 0..pattern.size() {
-            let product: f64 = self.values[pattern.stored(row)]
-                .iter()
-                .zip(pattern.row(row))
-                .map(|(a, &column)| a * self.probe[column])
-                .sum();
+            let entries = self.values[pattern.stored(row)].iter().zip(pattern.row(row));
+            let product: f64 = entries.map(|(a, &column)| a * self.probe[column]).sum();
             error = error.max((scatter(row) - product).abs());
         }
         let backward_error = error / (matrix * length + right);
         if !backward_error.is_finite() {
-            return Err(LinearError::Singular { unknown: None });
+            return Verdict::Useless(LinearError::Singular { unknown: None });
         }
         if backward_error > REPAIRABLE {
-            return Err(LinearError::Inaccurate { relative_residual: backward_error });
+            return Verdict::Useless(LinearError::Inaccurate { relative_residual: backward_error });
         }
         if backward_error > STABLE {
-            return Ok(false);
+            return Verdict::Repairable;
         }
         if matrix * length > SUSPICIOUS * right {
             self.product.copy_from_slice(&self.probe);
@@ -160,31 +167,70 @@ impl FactoredMatrix {
             let inverse = norm(&self.product);
             // Not finite counts as singular, too.
             if misses(matrix * inverse, SINGULAR) {
-                let largest = self.probe.iter().position(|y| y.abs() == length);
-                return Err(LinearError::Singular { unknown: largest });
+                return Verdict::Singular { unknown: self.probe.iter().position(|y| y.abs() == length) };
             }
         }
-        Ok(true)
+        Verdict::Good
     }
 
-    /// Factors the scaled values, with the more stable variant where the first one fails.
-    fn factor(&mut self, pattern: &SparsePattern, counts: &mut LinearCounts) -> Result<(), LinearError> {
-        loop {
-            counts.factorisations += 1;
-            let result = self.factors.factor(pattern, &self.values).and_then(|()| self.probe(pattern));
-            match result {
-                Ok(true) => return Ok(()),
-                // A singular matrix found by a stable factor is singular; anything else may be the
-                // fault of missing pivots.
-                outcome => {
-                    if self.factors.fall_back() {
-                        continue;
-                    }
-                    return outcome.map(|_| ());
-                }
+    /// A pivot is told in the units of the matrix.
+    fn unscaled(&self, error: LinearError) -> LinearError {
+        match error {
+            LinearError::NotPositiveDefinite { unknown: Some(unknown), value } => {
+                let value = value / self.scaling.factor(unknown);
+                LinearError::NotPositiveDefinite { unknown: Some(unknown), value }
             }
+            other => other,
         }
     }
+
+    /// Factors the scaled values, with more stable variants where the first one fails. The better
+    /// variant stays if it was of use: the next matrix on this pattern is probably of the same kind.
+    fn factor(&mut self, pattern: &SparsePattern, counts: &mut LinearCounts) -> Result<(), LinearError> {
+        // The first variant that stumbles may know the unknown that the last one does not.
+        let mut suspect = None;
+        let error = loop {
+            counts.factorisations += 1;
+            let verdict = match self.factors.factor(pattern, &self.values) {
+                Err(error) => Verdict::Useless(error),
+                Ok(()) if self.factors.is_evidently_good() => Verdict::Good,
+                Ok(()) => self.probe(pattern),
+            };
+            let error = match verdict {
+                Verdict::Good => return Ok(()),
+                // A factor that is accurate says so of the matrix, not of itself.
+                Verdict::Singular { unknown } => break LinearError::Singular { unknown },
+                Verdict::Repairable => None,
+                Verdict::Useless(error) => Some(error),
+            };
+            if let Some(LinearError::Singular { unknown }) = error {
+                suspect = suspect.or(unknown);
+            }
+            if !self.factors.fall_back(pattern)? {
+                match error {
+                    None => return Ok(()),
+                    Some(error) => break error,
+                }
+            }
+        };
+        self.factors.restore();
+        Err(match error {
+            LinearError::Singular { unknown } => LinearError::Singular { unknown: unknown.or(suspect) },
+            error => self.unscaled(error),
+        })
+    }
+}
+
+/// What a probe tells about a factor.
+enum Verdict {
+    /// Accurate.
+    Good,
+    /// Not accurate, but a preconditioner for iterative refinement.
+    Repairable,
+    /// Of no use; the error to report if there is no better variant.
+    Useless(LinearError),
+    /// Accurate, and the matrix is singular.
+    Singular { unknown: Option<usize> },
 }
 
 impl ApproximateInverse for FactoredMatrix {
@@ -247,7 +293,7 @@ fn norm_of_rows(pattern: &SparsePattern, values: &[f64]) -> f64 {
 
 /// Entry `i` of the probe vector: fixed, without structure, of magnitude ½ to 1 (the mixing function of
 /// Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators").
-fn scatter(i: usize) -> f64 {
+pub(super) fn scatter(i: usize) -> f64 {
     let mut bits = (i as u64).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

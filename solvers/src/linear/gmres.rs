@@ -67,35 +67,30 @@ impl Gmres {
                 return Outcome { iterations, relative_residual: relative, stop: Stop::Limit };
             }
             let steps = self.restart.min(limits.max_iterations - iterations);
-            let (done, broken) = self.cycle(action, inverse, scale * limits.tolerance, steps);
+            let (done, end) = self.cycle(action, inverse, scale * limits.tolerance, steps);
             iterations += done;
             if !self.update(inverse, done, x) {
-                let stop = if broken { Stop::Breakdown } else { Stop::NotFinite };
-                return Outcome { iterations, relative_residual: relative, stop };
+                return Outcome { iterations, relative_residual: relative, stop: end.unwrap_or(Stop::NotFinite) };
             }
             let before = relative;
             relative = residual(action, b, x, &mut self.residual) / scale;
             if misses(relative, limits.tolerance) && misses(relative, CYCLE_PROGRESS * before) {
-                let stop = match () {
-                    () if !relative.is_finite() => Stop::NotFinite,
-                    () if broken => Stop::Breakdown,
-                    () => Stop::Limit,
-                };
+                let stop = if relative.is_finite() { end.unwrap_or(Stop::Limit) } else { Stop::NotFinite };
                 let relative_residual = if relative.is_finite() { relative } else { before };
                 return Outcome { iterations, relative_residual, stop };
             }
         }
     }
 
-    /// One Arnoldi cycle from the present residual. Returns the number of usable steps and whether the
-    /// space stopped growing.
+    /// One Arnoldi cycle from the present residual. Returns the number of usable steps, and why the space
+    /// could not grow if that ended it.
     fn cycle(
         &mut self,
         action: &Action<'_>,
         inverse: &mut dyn ApproximateInverse,
         target: f64,
         steps: usize,
-    ) -> (usize, bool) {
+    ) -> (usize, Option<Stop>) {
         let n = self.residual.len();
         let start = norm(&self.residual);
         self.projected.clear();
@@ -113,7 +108,7 @@ impl Gmres {
             action(&self.direction, w);
             let length = norm(w);
             if !length.is_finite() {
-                return (j, true);
+                return (j, Some(Stop::NotFinite));
             }
             if self.columns.len() <= j {
                 self.columns.push(Vec::new());
@@ -147,7 +142,7 @@ impl Gmres {
             let diagonal = h[j].hypot(below);
             if diagonal <= f64::EPSILON * length || diagonal == 0.0 {
                 // A v lies in the old space and adds nothing: the operator is singular there.
-                return (j, true);
+                return (j, Some(Stop::Breakdown));
             }
             let (c, s) = (h[j] / diagonal, below / diagonal);
             h[j] = diagonal;
@@ -156,10 +151,10 @@ impl Gmres {
             self.projected[j] = c * g;
             self.projected.push(-s * g);
             if (s * g).abs() <= target || invariant {
-                return (j + 1, invariant);
+                return (j + 1, invariant.then_some(Stop::Breakdown));
             }
         }
-        (steps, false)
+        (steps, None)
     }
 
     /// `x += M⁻¹ V y` with `R y = g`. False if nothing finite came out.

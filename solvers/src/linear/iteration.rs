@@ -1,6 +1,8 @@
 //! What all iterations share: the operator as an action, an approximate inverse, limits and outcome.
 
-use super::{LinearCounts, LinearError, Tangent};
+use std::sync::Arc;
+
+use super::{LinearCounts, LinearError, SparsePattern, Tangent};
 use crate::vector::norm;
 
 /// `out = A v`.
@@ -55,9 +57,9 @@ pub(super) struct Outcome {
     pub(super) stop: Stop,
 }
 
-/// Whether a residual is above a bound, or NaN.
+/// Whether a residual is not below a bound. NaN on either side misses.
 pub(super) fn misses(residual: f64, bound: f64) -> bool {
-    residual.is_nan() || residual > bound
+    residual.partial_cmp(&bound).is_none_or(|order| order.is_gt())
 }
 
 /// `r = b − A x`, and its norm.
@@ -82,4 +84,9 @@ pub(super) fn check_vectors(size: usize, tangent: &dyn Tangent, b: &[f64], x: &[
         Some(row) => Err(LinearError::RightHandSideNotFinite { row }),
         None => Ok(()),
     }
+}
+
+/// Whether a pattern is the one that was analysed; the same `Arc` needs no comparison.
+pub(super) fn is_known(known: &Option<Arc<SparsePattern>>, pattern: &Arc<SparsePattern>) -> bool {
+    known.as_ref().is_some_and(|known| Arc::ptr_eq(known, pattern) || known == pattern)
 }

@@ -18,7 +18,7 @@ use super::{LinearError, SparsePattern};
 
 /// Sparse LU for any square matrix with entries (`P R A C Q = L U`; COLAMD ordering, partial pivoting,
 /// equilibration), with iterative refinement. See Davis (2006), *Direct Methods for Sparse Linear
-/// Systems*, ch. 6, for the method.
+/// Systems*, ch. 6, for the method. The fill it tells is an upper bound for any choice of pivots.
 pub struct SparseLu(Direct);
 
 impl SparseLu {
@@ -87,6 +87,7 @@ impl Factors for LuFactors {
             symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
             symbolic.solve_transpose_in_place_scratch::<f64>(1, Par::Seq),
         ])?;
+
         self.fill = fill_bound(pattern, &symbolic)?;
         self.symbolic = Some(symbolic);
         Ok(())

@@ -6,19 +6,43 @@
 //! operator itself and never returns one that is not finite or not accurate.
 //!
 //! Keeping an old factor is not a mode: it is simply not calling [`LinearSolver::prepare`].
+//!
+//! [`LinearSolverChoice`] names the solvers as plain data and builds them:
+//!
+//! | choice | needs | notes |
+//! |---|---|---|
+//! | [`SparseLu`] | entries | any matrix; ten times the cost of LDLᵀ |
+//! | [`SparseLdlt`] | entries, symmetry | falls back to more pivoting, and to LU, by itself |
+//! | [`SparseCholesky`] | entries, symmetry, definiteness | names the unknown that loses definiteness |
+//! | GMRES(m) | an action | robust; `m + 1` vectors |
+//! | BiCGStab | an action | seven vectors |
+//! | CG | an action, symmetry, definiteness | four vectors; reports negative curvature |
+//!
+//! The direct solvers probe every factor (faer's LU answers `Ok` on singular matrices) and refine every
+//! solution until the residual of the operator itself meets the tolerance. The Krylov methods take a
+//! [`Preconditioner`] built from the entries of the operator or of its [`sparser`](Tangent::sparser)
+//! relative. Neither multigrid nor a QR factorisation is here: the first is worth it only for very large
+//! quasi-static problems, the second costs fifty times LU.
 
+mod bicgstab;
+mod cg;
 mod choice;
 mod direct;
 mod factor;
 mod gmres;
 mod iteration;
+mod krylov;
+mod ldlt;
 mod lu;
+mod pivots;
+mod precondition;
 mod scaling;
 mod sparse;
 
 use std::sync::Arc;
 
-pub use choice::LinearSolverChoice;
+pub use choice::{InvalidChoice, KrylovOptions, LinearSolverChoice, Operator, Preconditioner, PreconditionerMatrix};
+pub use ldlt::{EliminationOrder, SparseCholesky, SparseLdlt};
 pub use lu::SparseLu;
 pub use sparse::{SparseMatrix, SparsePattern};
 
@@ -114,7 +138,9 @@ pub struct LinearReport {
 #[non_exhaustive]
 pub enum LinearError {
     /// The solver needs entries and the operator has none.
-    #[error("{solver} needs matrix entries, but the operator is matrix-free: choose a Krylov solver")]
+    #[error(
+        "{solver} needs matrix entries, but the operator is matrix-free: choose a Krylov method with a preconditioner that needs none"
+    )]
     NeedsEntries {
         /// The solver that was asked.
         solver: String,

@@ -102,6 +102,11 @@ impl Equilibration {
         self.rows.copy_from_slice(&self.columns);
     }
 
+    /// `r_i c_i`, by which the diagonal entry (and the pivot) of an unknown was multiplied.
+    pub(super) fn factor(&self, unknown: usize) -> f64 {
+        if self.active { self.rows[unknown] * self.columns[unknown] } else { 1.0 }
+    }
+
     /// `b ← R b`.
     pub(super) fn scale_right_hand_side(&self, b: &mut [f64]) {
         if self.active {

@@ -5,7 +5,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use nicolson_solvers::linear::{SparsePattern, Symmetry, Tangent};
+use nicolson_solvers::linear::{
+    EliminationOrder, KrylovOptions, LinearSolverChoice, Preconditioner, SparsePattern, Symmetry, Tangent,
+};
 use nicolson_solvers::vector::norm;
 
 /// A matrix with everything a tangent may offer.
@@ -174,4 +176,54 @@ pub fn grid(m: usize, reach: f64, shift: f64, skew: f64) -> Matrix {
     let mut matrix = Matrix::new(2 * m * m, symmetry, entries);
     matrix.blocks = (0..=m * m).map(|i| 2 * i).collect();
     matrix
+}
+
+/// Every preconditioner.
+pub fn preconditioners() -> Vec<Preconditioner> {
+    let order = EliminationOrder::default;
+    vec![
+        Preconditioner::None,
+        Preconditioner::Jacobi,
+        Preconditioner::BlockJacobi,
+        Preconditioner::Ilu0,
+        Preconditioner::ilut(),
+        Preconditioner::Lu,
+        Preconditioner::Ldlt { order: order() },
+        Preconditioner::Cholesky { order: order() },
+    ]
+}
+
+/// Every Krylov method with the settings.
+pub fn krylov_methods(krylov: &KrylovOptions) -> Vec<LinearSolverChoice> {
+    let all = vec![
+        LinearSolverChoice::Gmres { restart: 40, krylov: krylov.clone() },
+        LinearSolverChoice::BiCgStab { krylov: krylov.clone() },
+        LinearSolverChoice::Cg { krylov: krylov.clone() },
+    ];
+    all.into_iter().filter(|choice| choice.validate().is_ok()).collect()
+}
+
+/// The direct solvers.
+pub fn direct_solvers() -> Vec<LinearSolverChoice> {
+    vec![LinearSolverChoice::Lu, LinearSolverChoice::ldlt(), LinearSolverChoice::cholesky()]
+}
+
+/// Every solver × preconditioner.
+pub fn all_solvers() -> Vec<LinearSolverChoice> {
+    let mut all = direct_solvers();
+    for preconditioner in preconditioners() {
+        all.extend(krylov_methods(&KrylovOptions { preconditioner, ..Default::default() }));
+    }
+    all
+}
+
+/// Whether a solver, or its preconditioner, works on symmetric matrices only.
+pub fn needs_symmetry(choice: &LinearSolverChoice) -> bool {
+    let text = format!("{choice:?}");
+    matches!(choice, LinearSolverChoice::Cg { .. }) || text.contains("Ldlt") || text.contains("Cholesky")
+}
+
+/// Whether a solver works on positive definite matrices only.
+pub fn needs_definiteness(choice: &LinearSolverChoice) -> bool {
+    matches!(choice, LinearSolverChoice::Cg { .. }) || format!("{choice:?}").contains("Cholesky")
 }

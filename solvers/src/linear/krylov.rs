@@ -1,0 +1,274 @@
+//! The shell around the Krylov methods: preparation, choice of the operator, checks and reports.
+//!
+//! Products come from the action of the operator, or from entries that were assembled at preparation.
+//! Assembled entries are of that moment; before every solve one product is compared with that of the
+//! operator, and if they differ (or the solution turns out to be inaccurate) the action takes over.
+
+use std::sync::Arc;
+
+use super::bicgstab::BiCgStab;
+use super::cg::Cg;
+use super::choice::{KrylovOptions, Operator, Preconditioner, PreconditionerMatrix};
+use super::factor::check_entries;
+use super::gmres::Gmres;
+use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, check_vectors, is_known, misses, residual};
+use super::{
+    LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, SparseMatrix, SparsePattern, Symmetry,
+    Tangent, precondition,
+};
+use crate::vector::{axpy, dot, first_not_finite, max_norm, norm};
+
+/// Assembled and matrix-free products of the same operator differ by rounding only.
+const SAME_PRODUCT: f64 = 1e-9;
+
+/// Which iteration.
+pub(super) enum Method {
+    Gmres { restart: usize, work: Gmres },
+    BiCgStab(BiCgStab),
+    Cg(Cg),
+}
+
+/// A Krylov method with its preconditioner.
+pub(super) struct Krylov {
+    method: Method,
+    options: KrylovOptions,
+    preconditioner: Box<dyn ApproximateInverse>,
+    /// Whether this preconditioner reads all entries, so that they may serve for products as well.
+    reads_entries: bool,
+    pattern: Option<Arc<SparsePattern>>,
+    matrix: Option<SparseMatrix>,
+    assembled: bool,
+    size: Option<usize>,
+    right: Vec<f64>,
+    work: [Vec<f64>; 2],
+    counts: LinearCounts,
+}
+
+/// The operator with entries that are already there.
+struct Assembled<'a> {
+    tangent: &'a dyn Tangent,
+    values: &'a [f64],
+}
+
+impl Tangent for Assembled<'_> {
+    fn size(&self) -> usize {
+        self.tangent.size()
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.tangent.symmetry()
+    }
+
+    fn apply(&self, v: &[f64], out: &mut [f64]) {
+        self.tangent.apply(v, out);
+    }
+
+    fn pattern(&self) -> Option<&Arc<SparsePattern>> {
+        self.tangent.pattern()
+    }
+
+    fn fill(&self, values: &mut [f64]) {
+        values.copy_from_slice(self.values);
+    }
+
+    fn blocks(&self) -> &[usize] {
+        self.tangent.blocks()
+    }
+
+    fn sparser(&self) -> Option<&dyn Tangent> {
+        self.tangent.sparser()
+    }
+}
+
+impl Krylov {
+    /// A solver that is not prepared yet.
+    pub(super) fn new(method: Method, options: KrylovOptions) -> Self {
+        let definite = matches!(method, Method::Cg(_));
+        let preconditioner = precondition::build(&options.preconditioner, options.preconditioner_matrix, definite);
+        let reads_entries = options.preconditioner_matrix != PreconditionerMatrix::Sparser
+            && options.preconditioner != Preconditioner::None;
+        Self {
+            method,
+            options,
+            preconditioner,
+            reads_entries,
+            pattern: None,
+            matrix: None,
+            assembled: false,
+            size: None,
+            right: Vec::new(),
+            work: [Vec::new(), Vec::new()],
+            counts: LinearCounts::default(),
+        }
+    }
+
+    fn name(&self) -> String {
+        let method = match &self.method {
+            Method::Gmres { restart, .. } => format!("GMRES({restart})"),
+            Method::BiCgStab(_) => "BiCGStab".to_owned(),
+            Method::Cg(_) => "CG".to_owned(),
+        };
+        match self.preconditioner.name() {
+            name if name.is_empty() => method,
+            name => format!("{method} + {name}"),
+        }
+    }
+
+    /// Assembles the entries if the settings ask for them.
+    fn assemble(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
+        let pattern = match (self.options.operator, tangent.pattern()) {
+            (Operator::Assembled, None) => return Err(LinearError::NeedsEntries { solver: self.name() }),
+            (Operator::Assembled, Some(pattern)) => pattern,
+            (Operator::Auto, Some(pattern)) if self.reads_entries => pattern,
+            (Operator::Auto | Operator::MatrixFree, _) => {
+                self.assembled = false;
+                self.matrix = None;
+                self.pattern = None;
+                return Ok(());
+            }
+        };
+        if pattern.size() != tangent.size() {
+            return Err(LinearError::WrongLength { expected: tangent.size(), found: pattern.size() });
+        }
+        if !is_known(&self.pattern, pattern) {
+            self.matrix = None;
+        }
+        let matrix = self.matrix.get_or_insert_with(|| SparseMatrix::zeros(pattern));
+        tangent.fill(matrix.values_mut());
+        check_entries(pattern, matrix.values())?;
+        self.pattern = Some(Arc::clone(pattern));
+        self.assembled = true;
+        Ok(())
+    }
+
+    /// Whether the assembled entries are still those of the operator, judged by one product.
+    fn is_current(&mut self, tangent: &dyn Tangent) -> bool {
+        let Some(matrix) = self.matrix.as_ref().filter(|_| self.assembled) else { return false };
+        let [ours, theirs] = &mut self.work;
+        matrix.apply(&self.right, ours);
+        tangent.apply(&self.right, theirs);
+        let size = max_norm(theirs);
+        axpy(-1.0, theirs, ours);
+        !misses(max_norm(ours), SAME_PRODUCT * size)
+    }
+
+    /// Runs the iteration on one form of the operator.
+    fn iterate(&mut self, action: &Action<'_>, x: &mut [f64], limits: Limits) -> Outcome {
+        let (inverse, b) = (&mut *self.preconditioner, &self.right[..]);
+        match &mut self.method {
+            Method::Gmres { work, .. } => work.solve(action, inverse, b, x, limits),
+            Method::BiCgStab(work) => work.solve(action, inverse, b, x, limits),
+            Method::Cg(work) => work.solve(action, inverse, b, x, limits),
+        }
+    }
+
+    /// Solves with the right-hand side at hand (of length one).
+    fn run(&mut self, tangent: &dyn Tangent, x: &mut [f64], limits: Limits) -> Outcome {
+        let action = |v: &[f64], out: &mut [f64]| tangent.apply(v, out);
+        let mut spent = 0;
+        if self.is_current(tangent)
+            && let Some(matrix) = self.matrix.take()
+        {
+            let outcome = self.iterate(&|v, out| matrix.apply(v, out), x, limits);
+            self.matrix = Some(matrix);
+            let true_residual = residual(&action, &self.right, x, &mut self.work[0]) / norm(&self.right);
+            let converged = outcome.stop == Stop::Converged;
+            if !converged || !misses(true_residual, limits.tolerance) {
+                return Outcome { relative_residual: true_residual, ..outcome };
+            }
+            spent = outcome.iterations;
+        }
+        let rest = Limits { max_iterations: limits.max_iterations.saturating_sub(spent), ..limits };
+        let outcome = self.iterate(&action, x, rest);
+        Outcome { iterations: outcome.iterations + spent, ..outcome }
+    }
+
+    /// A failure in the terms of the seam.
+    fn failure(&mut self, tangent: &dyn Tangent, outcome: Outcome) -> LinearError {
+        let iterations = outcome.iterations;
+        let finite = outcome.relative_residual.is_finite();
+        let relative_residual = if finite { outcome.relative_residual } else { f64::INFINITY };
+        match outcome.stop {
+            Stop::NegativeCurvature(value) => LinearError::NotPositiveDefinite { unknown: None, value },
+            Stop::Singular => LinearError::Singular { unknown: None },
+            Stop::Limit | Stop::Converged => LinearError::IterationLimit { iterations, relative_residual },
+            Stop::Breakdown => LinearError::Breakdown { iterations, relative_residual },
+            Stop::NotFinite => {
+                // Either the operator is not finite, which one product shows, or the iteration overflowed.
+                tangent.apply(&self.right, &mut self.work[0]);
+                match first_not_finite(&self.work[0]) {
+                    Some(row) => LinearError::EntryNotFinite { row },
+                    None => LinearError::Breakdown { iterations, relative_residual },
+                }
+            }
+        }
+    }
+}
+
+impl LinearSolver for Krylov {
+    fn info(&self) -> LinearSolverInfo {
+        LinearSolverInfo {
+            name: self.name(),
+            unknowns: self.size.unwrap_or(0),
+            entries: self.matrix.as_ref().map_or(0, |m| m.values().len()),
+            fill: if self.size.is_some() { self.preconditioner.fill() } else { 0 },
+            threads: rayon::current_num_threads(),
+        }
+    }
+
+    fn counts(&self) -> LinearCounts {
+        self.counts
+    }
+
+    fn prepare(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
+        self.size = None;
+        if matches!(self.method, Method::Cg(_)) && tangent.symmetry() == Symmetry::General {
+            return Err(LinearError::NeedsSymmetry { solver: self.name() });
+        }
+        self.assemble(tangent)?;
+        match self.matrix.as_ref().filter(|_| self.assembled) {
+            Some(matrix) => {
+                let known = Assembled { tangent, values: matrix.values() };
+                self.preconditioner.prepare(&known, &mut self.counts)?;
+            }
+            None => self.preconditioner.prepare(tangent, &mut self.counts)?,
+        }
+        let n = tangent.size();
+        self.right.resize(n, 0.0);
+        self.work.iter_mut().for_each(|w| w.resize(n, 0.0));
+        self.size = Some(n);
+        Ok(())
+    }
+
+    fn solve(
+        &mut self,
+        tangent: &dyn Tangent,
+        b: &[f64],
+        x: &mut [f64],
+        tolerance: f64,
+    ) -> Result<LinearReport, LinearError> {
+        let n = self.size.ok_or(LinearError::NotPrepared)?;
+        check_vectors(n, tangent, b, x)?;
+        self.counts.solves += 1;
+        x.fill(0.0);
+        let scale = norm(b);
+        if scale == 0.0 {
+            return Ok(LinearReport { iterations: 0, relative_residual: 0.0 });
+        }
+        // A right-hand side of length one keeps the scalar products away from under- and overflow.
+        self.right.copy_from_slice(b);
+        self.right.iter_mut().for_each(|r| *r /= scale);
+        let tolerance = self.options.tolerance.map_or(tolerance, |own| own.min(tolerance));
+        let limits = Limits { tolerance, max_iterations: self.options.max_iterations };
+        let outcome = self.run(tangent, x, limits);
+        self.counts.iterations += outcome.iterations;
+        if outcome.stop != Stop::Converged || misses(outcome.relative_residual, tolerance) {
+            return Err(self.failure(tangent, outcome));
+        }
+        x.iter_mut().for_each(|x| *x *= scale);
+        if !dot(x, x).is_finite() && first_not_finite(x).is_some() {
+            return Err(LinearError::Singular { unknown: None });
+        }
+        Ok(LinearReport { iterations: outcome.iterations, relative_residual: outcome.relative_residual })
+    }
+}

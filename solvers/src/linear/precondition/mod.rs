@@ -1,0 +1,118 @@
+//! Preconditioners: approximate inverses that are cheap to build and to apply.
+//!
+//! | choice | built from | applied in | good for |
+//! |---|---|---|---|
+//! | none | – | – | well conditioned systems |
+//! | Jacobi | diagonal | n | one unknown per point |
+//! | block Jacobi | diagonal blocks | n × block | steps of a few critical ones |
+//! | ILU(0) | all entries | entries | larger steps |
+//! | ILUT | all entries | entries × fill | systems that are hard for ILU(0) |
+//! | LU, LDLᵀ, Cholesky | all entries | factor | an operator near to the one that is solved |
+//!
+//! Everything but "none" needs entries: those of the operator, or of its
+//! [`sparser`](super::Tangent::sparser) relative, which is what the matrix-free path offers.
+
+mod ilu0;
+mod ilut;
+mod jacobi;
+mod triangular;
+
+use super::choice::{Preconditioner, PreconditionerMatrix};
+use super::factor::FactoredMatrix;
+use super::iteration::ApproximateInverse;
+use super::ldlt::{SymmetricFactors, Variant};
+use super::lu::LuFactors;
+use super::{LinearCounts, LinearError, Tangent};
+
+/// Builds the chosen preconditioner. With `definite`, it must be positive definite (for CG).
+pub(super) fn build(
+    choice: &Preconditioner,
+    matrix: PreconditionerMatrix,
+    definite: bool,
+) -> Box<dyn ApproximateInverse> {
+    let symmetric = |variant, order: &super::EliminationOrder| -> Box<dyn ApproximateInverse> {
+        Box::new(FactoredMatrix::new(Box::new(SymmetricFactors::new(variant, order.clone()))))
+    };
+    let inner: Box<dyn ApproximateInverse> = match choice {
+        Preconditioner::None => return Box::new(Identity),
+        Preconditioner::Jacobi => Box::new(jacobi::BlockJacobi::pointwise(definite)),
+        Preconditioner::BlockJacobi => Box::new(jacobi::BlockJacobi::blockwise(definite)),
+        Preconditioner::Ilu0 => Box::new(ilu0::Ilu0::new(definite)),
+        Preconditioner::Ilut { drop_tolerance, fill } => Box::new(ilut::Ilut::new(*drop_tolerance, *fill)),
+        Preconditioner::Lu => Box::new(FactoredMatrix::new(Box::new(LuFactors::new()))),
+        Preconditioner::Ldlt { order } => symmetric(Variant::Ldlt, order),
+        Preconditioner::Cholesky { order } => symmetric(Variant::Cholesky, order),
+    };
+    Box::new(FromEntries { inner, matrix })
+}
+
+/// `M = 1`.
+struct Identity;
+
+impl ApproximateInverse for Identity {
+    fn name(&self) -> String {
+        String::new()
+    }
+
+    fn prepare(&mut self, _: &dyn Tangent, _: &mut LinearCounts) -> Result<(), LinearError> {
+        Ok(())
+    }
+
+    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        z.copy_from_slice(r);
+    }
+
+    fn fill(&self) -> usize {
+        0
+    }
+}
+
+/// Picks the operator whose entries are used.
+struct FromEntries {
+    inner: Box<dyn ApproximateInverse>,
+    matrix: PreconditionerMatrix,
+}
+
+impl FromEntries {
+    fn source<'a>(&self, tangent: &'a dyn Tangent) -> Option<&'a dyn Tangent> {
+        let full = || Some(tangent).filter(|t| t.pattern().is_some());
+        let sparser = || tangent.sparser().filter(|t| t.pattern().is_some());
+        match self.matrix {
+            PreconditionerMatrix::Full => full(),
+            PreconditionerMatrix::Sparser => sparser(),
+            PreconditionerMatrix::Auto => full().or_else(sparser),
+        }
+    }
+}
+
+impl ApproximateInverse for FromEntries {
+    fn name(&self) -> String {
+        match self.matrix {
+            PreconditionerMatrix::Sparser => format!("{} of the sparser operator", self.inner.name()),
+            PreconditionerMatrix::Full | PreconditionerMatrix::Auto => self.inner.name(),
+        }
+    }
+
+    fn prepare(&mut self, tangent: &dyn Tangent, counts: &mut LinearCounts) -> Result<(), LinearError> {
+        let source = self
+            .source(tangent)
+            .ok_or_else(|| LinearError::NeedsEntries { solver: format!("{} preconditioner", self.name()) })?;
+        if source.size() != tangent.size() {
+            return Err(LinearError::WrongLength { expected: tangent.size(), found: source.size() });
+        }
+        self.inner.prepare(source, counts)
+    }
+
+    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        self.inner.apply(r, z);
+    }
+
+    fn fill(&self) -> usize {
+        self.inner.fill()
+    }
+}
+
+/// A preconditioner that cannot be built from this matrix.
+fn unsuitable(name: &str, reason: impl std::fmt::Display) -> LinearError {
+    LinearError::Factorisation { reason: format!("{name}: {reason}") }
+}
