@@ -85,8 +85,9 @@ pub(super) struct LineSearcher {
 }
 
 impl LineSearcher {
-    /// Finds a step length and leaves the ray's buffers there.
-    pub(super) fn search(&mut self, method: Globalisation, ray: &mut Ray<'_>) -> Result<Trial, Blocked> {
+    /// Finds a step length and leaves the ray's buffers there; says whether the problem's own last
+    /// evaluation was there as well.
+    pub(super) fn search(&mut self, method: Globalisation, ray: &mut Ray<'_>) -> Result<(Trial, bool), Blocked> {
         let found = match method {
             Globalisation::Backtracking => self.backtrack(ray, 1.0),
             Globalisation::MoreThuente | Globalisation::HagerZhang => {
@@ -104,11 +105,11 @@ impl LineSearcher {
         };
         match found {
             Some(alpha) => ray.settle(alpha).map_err(Blocked::Domain),
-            // Not one trial could be evaluated: the domain is to blame, not the merit.
-            None => match (ray.any_admissible(), ray.take_error()) {
-                (false, Some(error)) => Err(Blocked::Domain(error)),
-                _ => Err(Blocked::NoDecrease { trials: ray.trials(), smallest: ray.smallest() }),
-            },
+            // If not even the shortest trial could be evaluated, the domain is to blame and not the merit.
+            None => Err(match ray.take_error() {
+                Some(error) => Blocked::Domain(error),
+                None => Blocked::NoDecrease { trials: ray.trials(), smallest: ray.smallest() },
+            }),
         }
     }
 

@@ -27,12 +27,14 @@ mod forcing;
 mod line_search;
 mod monitor;
 mod newton;
+mod newton_parts;
 mod options;
 mod quasi_newton;
 mod ray;
 mod report;
 mod sample;
 mod tangent_policy;
+mod tangent_state;
 mod trust_region;
 
 pub use criteria::Convergence;

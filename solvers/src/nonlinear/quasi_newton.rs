@@ -48,13 +48,13 @@ impl QuasiNewton {
         Self {
             update,
             memory,
-            pairs: VecDeque::with_capacity(memory),
-            spare: Vec::with_capacity(memory),
+            pairs: VecDeque::new(),
+            spare: Vec::new(),
             step: Vec::new(),
             solved: Vec::new(),
             has_step: false,
             work: Vec::new(),
-            coefficients: Vec::with_capacity(memory),
+            coefficients: Vec::new(),
         }
     }
 

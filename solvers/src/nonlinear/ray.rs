@@ -63,17 +63,16 @@ pub(super) struct Ray<'a> {
     /// The point of the problem's own last residual evaluation.
     problem_is_at: Option<f64>,
     smallest: f64,
-    /// The last error of the problem, and whether any trial was free of one.
+    /// Why the last trial could not be evaluated, if it could not.
     error: Option<EvaluationError>,
-    admissible: bool,
     trials: usize,
     calls: usize,
     limit: usize,
 }
 
 impl<'a> Ray<'a> {
-    /// The ray from `origin`, where the residual is `residual`, along `direction`, which solves the
-    /// linear model to the relative residual `linear_residual`.
+    /// The ray from `origin` along `direction`, which solves the linear model to the relative residual
+    /// `linear_residual`.
     #[allow(clippy::too_many_arguments, reason = "one private call site; a struct would only rename the arguments")]
     pub(super) fn new(
         problem: &'a mut dyn NonlinearProblem,
@@ -81,7 +80,6 @@ impl<'a> Ray<'a> {
         direction: &'a [f64],
         buffers: RayBuffers<'a>,
         work: &'a mut NewtonTotals,
-        residual: &[f64],
         here: Sample,
         linear_residual: f64,
     ) -> Self {
@@ -92,9 +90,10 @@ impl<'a> Ray<'a> {
             buffers,
             work,
             merit: Merit::Residual,
-            value: 0.5 * here.norm * here.norm,
+            // Relative to ‖R(0)‖², so that nothing overflows.
+            value: 0.5,
             // (½‖R‖²)' = R · J d = −‖R‖² + R · (R + J d) ≤ −(1 − η) ‖R‖².
-            slope: -(1.0 - linear_residual.clamp(0.0, 0.999)) * dot(residual, residual),
+            slope: -(1.0 - linear_residual.clamp(0.0, 0.999)),
             here,
             last: None,
             last_slope: None,
@@ -102,7 +101,6 @@ impl<'a> Ray<'a> {
             problem_is_at: None,
             smallest: f64::INFINITY,
             error: None,
-            admissible: false,
             trials: 0,
             calls: 0,
             limit: usize::MAX,
@@ -154,12 +152,7 @@ impl<'a> Ray<'a> {
         self.smallest
     }
 
-    /// Whether any trial could be evaluated.
-    pub(super) fn any_admissible(&self) -> bool {
-        self.admissible
-    }
-
-    /// The last error of the problem.
+    /// Why the last trial could not be evaluated, if it could not.
     pub(super) fn take_error(&mut self) -> Option<EvaluationError> {
         self.error.take()
     }
@@ -180,25 +173,29 @@ impl<'a> Ray<'a> {
 
     /// The trial at `alpha`.
     pub(super) fn at(&mut self, alpha: f64) -> Result<Trial, RayError> {
+        // A search that asks for the same points for ever must come to an end as well.
+        self.calls += 1;
+        if self.calls > 8 * self.limit.min(1000) {
+            return Err(RayError::Exhausted);
+        }
+        if alpha == 0.0 {
+            return Ok(Trial { alpha, value: self.value, sample: self.here });
+        }
         if let Some(last) = self.last
             && last.alpha == alpha
         {
-            // A search that asks for the same point for ever must come to an end as well.
-            self.calls += 1;
-            return if self.calls > 8 * self.limit.min(1000) { Err(RayError::Exhausted) } else { Ok(last) };
+            return Ok(last);
         }
         if self.trials >= self.limit {
             return Err(RayError::Exhausted);
         }
         self.trials += 1;
-        if alpha > 0.0 {
-            self.smallest = self.smallest.min(alpha);
-        }
+        self.smallest = self.smallest.min(alpha.abs());
         let trial = self.evaluate(alpha).map_err(|error| {
             self.error = Some(error.clone());
             RayError::Evaluation(error)
         })?;
-        self.admissible = true;
+        self.error = None;
         if self.is_sufficient(trial) && self.best.is_none_or(|best| trial.value < best.value) {
             self.best = Some(trial);
         }
@@ -224,12 +221,13 @@ impl<'a> Ray<'a> {
         Ok(slope)
     }
 
-    /// Leaves the buffers and the problem itself at `alpha`.
-    pub(super) fn settle(&mut self, alpha: f64) -> Result<Trial, EvaluationError> {
-        match self.last {
-            Some(last) if last.alpha == alpha && self.problem_is_at == Some(alpha) => Ok(last),
-            _ => self.evaluate(alpha),
-        }
+    /// Leaves the buffers at `alpha`; says whether the problem's own last evaluation was there as well.
+    pub(super) fn settle(&mut self, alpha: f64) -> Result<(Trial, bool), EvaluationError> {
+        let trial = match self.last {
+            Some(last) if last.alpha == alpha => last,
+            _ => self.evaluate(alpha)?,
+        };
+        Ok((trial, self.problem_is_at == Some(alpha)))
     }
 
     fn evaluate(&mut self, alpha: f64) -> Result<Trial, EvaluationError> {
@@ -244,7 +242,7 @@ impl<'a> Ray<'a> {
         self.problem_is_at = Some(alpha);
         sample.potential = potential;
         let value = match (self.merit, potential) {
-            (Merit::Residual, _) => 0.5 * sample.norm * sample.norm,
+            (Merit::Residual, _) => 0.5 * (sample.norm / self.here.norm).powi(2),
             (Merit::Potential, Some(value)) if value.is_finite() => value,
             (Merit::Potential, value) => {
                 return Err(EvaluationError::not_finite("potential", 0, value.unwrap_or(f64::NAN)));
@@ -270,7 +268,8 @@ impl<'a> Ray<'a> {
         place(self.origin, alpha, self.direction, self.buffers.trial);
         outcome?;
         let residual = &*self.buffers.residual;
-        Ok((dot(residual, self.buffers.difference) - dot(residual, residual)) / step)
+        let change = dot(residual, self.buffers.difference) - dot(residual, residual);
+        Ok(change / (self.here.norm * self.here.norm) / step)
     }
 }
 

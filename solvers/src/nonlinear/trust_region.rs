@@ -124,10 +124,10 @@ impl TrustRegion {
             let model = rest * rest * value + rest * b * gradient + 0.5 * b * b * image;
             let trial_value = 0.5 * sample.norm * sample.norm;
             let ratio = (value - trial_value) / (value - model);
-            if ratio < POOR {
+            if ratio.is_nan() || ratio < POOR {
                 radius = POOR * length;
             } else if ratio > GOOD && length >= 0.99 * radius {
-                radius = 2.0 * radius;
+                radius *= 2.0;
             }
             if ratio > ACCEPT {
                 self.radius = Some(radius);
