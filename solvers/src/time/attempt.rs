@@ -1,6 +1,7 @@
 //! One try of one step: what every scheme gets to work with.
 
 use super::{RatePart, RkcCoefficients, Scheme, StepCause, System, TimeState};
+use crate::EvaluationError;
 use crate::nonlinear::{NewtonReport, NewtonSolver};
 use crate::vector::first_not_finite;
 
@@ -155,7 +156,8 @@ impl Attempt<'_> {
     }
 }
 
-/// Evaluates one part of the rate, and counts.
+/// Evaluates one part of the rate, and counts. A value that is not finite is an error even if the system did
+/// not notice: it must not be kept for the next try.
 pub(super) fn evaluate(
     system: &mut dyn System,
     counts: &mut Counts,
@@ -173,5 +175,8 @@ pub(super) fn evaluate(
             system.rate_part(part, t, u, out)?;
         }
     }
-    Ok(())
+    match first_not_finite(out) {
+        Some(index) => Err(EvaluationError::not_finite("rate", index, out[index]).into()),
+        None => Ok(()),
+    }
 }

@@ -1,6 +1,9 @@
 //! Explicit Runge–Kutta schemes: forward Euler, TVD-RK2, TVD-RK3, RK4.
 //!
-//! Every stage is a state of its own: prescribed entries are imposed in each, at its own time.
+//! Every stage is a state of its own: prescribed entries are imposed in each, at its own time. That keeps
+//! order 2; schemes of higher order fall back to about 2 next to an entry whose motion is not polynomial,
+//! because their stages are less accurate than their result (M. H. Carpenter et al., *SIAM J. Sci. Comput.* 16
+//! (1995) 1241–1252).
 //!
 //! TVD schemes: C.-W. Shu, S. Osher, *J. Comput. Phys.* 77 (1988) 439–471.
 

@@ -162,7 +162,7 @@ impl Stepper {
         };
         loop {
             let placed = self.place(pace.step, target);
-            let vanishing = self.begin.time + placed.span.step <= self.begin.time;
+            let vanishing = placed.span.end <= self.begin.time;
             let tried = if vanishing { Err(StepCause::Vanishing) } else { self.attempt(system, placed.span) };
             let cause = match tried {
                 Ok(judged) => {

@@ -213,7 +213,7 @@ impl Equations for Forced {
 
 /// Newton's method to rounding, with the dense solver.
 pub fn newton() -> NewtonSolver {
-    let options = NewtonOptions { relative_tolerance: 1e-14, scale_tolerance: 1e-15, ..NewtonOptions::default() };
+    let options = NewtonOptions { relative_tolerance: 0.0, scale_tolerance: 1e-15, ..NewtonOptions::default() };
     NewtonSolver::new(options, Box::new(DenseSolver::default()))
 }
 

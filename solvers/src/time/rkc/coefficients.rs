@@ -150,5 +150,5 @@ pub fn rkc_stages_by_courant(courant: f64) -> usize {
 
 fn stages_from(ratio: f64) -> usize {
     // A float-to-integer cast saturates, and NaN becomes 0: no input can do harm here.
-    (1 + (1.0 + ratio).max(1.0).sqrt() as usize).max(2)
+    ((1.0 + ratio).max(1.0).sqrt() as usize).saturating_add(1).max(2)
 }
