@@ -1,6 +1,6 @@
 //! Names in a scene ↔ choices of the solvers.
 
-use nicolson_solvers::linear::LinearSolverChoice;
+use nicolson_solvers::linear::{KrylovOptions, LinearSolverChoice, Preconditioner, PreconditionerMatrix};
 use nicolson_solvers::nonlinear::{Forcing, Globalisation, NewtonOptions, TangentPolicy};
 use nicolson_solvers::time::{Adaptive, RkcOptions, Scheme, StepControl};
 
@@ -56,7 +56,7 @@ pub fn newton(scene: &Scene) -> NewtonOptions {
             settings::TangentPolicy::Full => TangentPolicy::default(),
             settings::TangentPolicy::Modified => TangentPolicy::Modified,
             settings::TangentPolicy::Lagged => TangentPolicy::lagged(),
-            settings::TangentPolicy::Lbfgs => TangentPolicy::lbfgs(),
+            settings::TangentPolicy::Lbfgs => TangentPolicy::limited_bfgs(),
             settings::TangentPolicy::Broyden => TangentPolicy::broyden(),
         },
         globalisation: match newton.line_search {
@@ -77,10 +77,32 @@ pub fn newton(scene: &Scene) -> NewtonOptions {
 
 /// The linear solver.
 pub fn linear(scene: &Scene) -> Result<LinearSolverChoice, RunError> {
-    Ok(match scene.linear.solver {
+    let linear = &scene.linear;
+    let krylov = KrylovOptions {
+        preconditioner: match linear.preconditioner {
+            settings::PreconditionerChoice::None => Preconditioner::None,
+            settings::PreconditionerChoice::Jacobi => Preconditioner::Jacobi,
+            settings::PreconditionerChoice::BlockJacobi => Preconditioner::BlockJacobi,
+            settings::PreconditionerChoice::Ilu0 | settings::PreconditionerChoice::OneRing => Preconditioner::Ilu0,
+            settings::PreconditionerChoice::Ilut => Preconditioner::ilut(),
+        },
+        preconditioner_matrix: match linear.preconditioner {
+            settings::PreconditionerChoice::OneRing => PreconditionerMatrix::Sparser,
+            _ => PreconditionerMatrix::Auto,
+        },
+        max_iterations: linear.max_iterations,
+        ..KrylovOptions::default()
+    };
+    let choice = match linear.solver {
         settings::SolverChoice::Auto | settings::SolverChoice::Lu => LinearSolverChoice::Lu,
-        other => return Err(RunError::Choice(format!("linear.solver = {other:?} is not available"))),
-    })
+        settings::SolverChoice::Ldlt => LinearSolverChoice::ldlt(),
+        settings::SolverChoice::Cholesky => LinearSolverChoice::cholesky(),
+        settings::SolverChoice::Gmres => LinearSolverChoice::Gmres { restart: linear.restart, krylov },
+        settings::SolverChoice::Bicgstab => LinearSolverChoice::BiCgStab { krylov },
+        settings::SolverChoice::Cg => LinearSolverChoice::Cg { krylov },
+    };
+    choice.validate().map_err(|error| RunError::Choice(format!("[linear]: {error}")))?;
+    Ok(choice)
 }
 
 /// The rule for the step.
