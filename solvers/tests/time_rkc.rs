@@ -187,8 +187,8 @@ impl Equations for Line {
 
     fn rate(&self, _t: f64, u: &[f64], out: &mut [f64]) {
         if self.stiffness == 0.0 {
-            for i in 0..self.points {
-                out[i] = self.damping * self.laplace(u, i);
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = self.damping * self.laplace(u, i);
             }
             if self.fixed_end {
                 out[0] = 1e7 * u[0] + 3.0;

@@ -57,8 +57,8 @@ impl LinearSolver for DenseSolver {
             unit[j] = 1.0;
             tangent.apply(&unit, &mut column);
             unit[j] = 0.0;
-            for i in 0..n {
-                self.matrix[i * n + j] = column[i];
+            for (i, entry) in column.iter().enumerate() {
+                self.matrix[i * n + j] = *entry;
             }
         }
         match self.matrix.iter().position(|a| !a.is_finite()) {
