@@ -121,10 +121,6 @@ impl<const D: usize> Model<D> {
     }
 
     fn evaluate_state(&mut self, t: f64, state: &[f64]) -> Result<(), EvaluationError> {
-        // The last stage of an implicit step has been evaluated at its end.
-        if !self.stage.evaluated.is_empty() && self.stage.time == t && self.stage.trial == state {
-            return Ok(());
-        }
         let n = self.particles();
         self.stage.evaluated.clear();
         let (displacement, rest) = state.split_at(n * D);

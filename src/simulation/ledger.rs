@@ -5,7 +5,8 @@
 //! ```
 //!
 //! Works of loads are integrated by the trapezoidal rule along the path, `½(f₀ + f₁)·Δu`, exact for
-//! dead loads; dissipation by the trapezoidal rule in time. The work of a moving constraint is the
+//! dead loads; dissipation is taken at the mean of the two states of a step, which for Crank–Nicolson
+//! on linear equations is exactly what the step takes out. The work of a moving constraint is the
 //! change of kinetic energy of what it moves, less the work of the other forces on it.
 
 use nicolson_solvers::EvaluationError;
@@ -54,9 +55,10 @@ pub struct Ledger {
     largest_error: f64,
     /// Largest kinetic energy and largest change of internal energy: the scale if the total is zero.
     exchange: f64,
-    dissipation: f64,
     time: f64,
-    displacement: Vec<f64>,
+    /// State at the last entry, and the mean state of a step.
+    state: Vec<f64>,
+    mean: Vec<f64>,
     /// Forces whose work counts, at the last entry: loads, and all forces on moving constraints.
     loads: Vec<f64>,
     forces: Vec<f64>,
@@ -98,8 +100,7 @@ impl Ledger {
             model.forces_at(time, state, &mut ledger.forces)?;
             ledger.constraint_kinetic = ledger.kinetic_of_moving(model, state);
         }
-        ledger.displacement.extend_from_slice(model.displacements(state));
-        ledger.dissipation = model.dissipation(time, state)?;
+        ledger.state.extend_from_slice(state);
         if model.is_free() {
             let linear: Vec<f64> = model.linear_momentum(state).iter().copied().collect();
             let mut momenta = Momenta {
@@ -132,10 +133,12 @@ impl Ledger {
         time: f64,
         state: &[f64],
     ) -> Result<Entry, EvaluationError> {
-        // The dissipation first: it may find its forces where the step has left them.
-        let dissipation = model.dissipation(time, state)?;
-        self.entry.dissipated += 0.5 * (self.dissipation + dissipation) * (time - self.time);
-        self.dissipation = dissipation;
+        if model.upwind().is_some() {
+            self.mean.clear();
+            self.mean.extend(self.state.iter().zip(state).map(|(a, b)| 0.5 * (a + b)));
+            let middle = 0.5 * (self.time + time);
+            self.entry.dissipated += model.dissipation(middle, &self.mean)? * (time - self.time);
+        }
         if !self.moving.is_empty() {
             let before = std::mem::take(&mut self.forces);
             model.forces_at(time, state, &mut self.forces)?;
@@ -143,7 +146,7 @@ impl Ledger {
             let work: f64 = self
                 .moving
                 .iter()
-                .map(|&i| 0.5 * (before[i] + self.forces[i]) * (moved[i] - self.displacement[i]))
+                .map(|&i| 0.5 * (before[i] + self.forces[i]) * (moved[i] - self.state[i]))
                 .sum();
             let kinetic = self.kinetic_of_moving(model, state);
             self.entry.external += kinetic - self.constraint_kinetic - work;
@@ -156,11 +159,11 @@ impl Ledger {
             self.entry.external += before
                 .iter()
                 .zip(&self.loads)
-                .zip(moved.iter().zip(&self.displacement))
+                .zip(moved.iter().zip(&self.state))
                 .map(|((f0, f1), (u1, u0))| 0.5 * (f0 + f1) * (u1 - u0))
                 .sum::<f64>();
         }
-        self.displacement.copy_from_slice(model.displacements(state));
+        self.state.copy_from_slice(state);
         self.time = time;
         self.write(model.energies(state));
         self.exchange = self.exchange.max(self.entry.kinetic);
