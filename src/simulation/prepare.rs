@@ -123,7 +123,7 @@ fn tangent_difference<const D: usize>(model: &mut Model<D>, values: &[f64], step
     let mut matrices = Vec::new();
     for seed in [1, 2] {
         let at = model.check_point(0.0, step, values, 0.02, seed).map_err(|e| e.to_string())?;
-        let CheckPoint { time, shift, base, unknowns } = at;
+        let CheckPoint { time, shift, base, unknowns, .. } = at;
         model.begin_stage(time, shift, &base);
         nicolson_solvers::nonlinear::NonlinearProblem::linearise(model, &unknowns).map_err(|e| e.to_string())?;
         matrices.push(model.tangent_matrix());
