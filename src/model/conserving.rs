@@ -117,8 +117,7 @@ impl<const D: usize> Model<D> {
             let core_variation = cofactor_variation(&((c0 + c1) * 0.5), &c_variation) * 0.5
                 + cofactor_variation(&(c1 - c0), &c_variation) / 12.0;
             let scale_variation = -0.5 * scale * scale * det_variation;
-            (direction * core + point.deformation * core_variation) * scale
-                + point.deformation * core * scale_variation
+            (direction * core + point.deformation * core_variation) * scale + point.deformation * core * scale_variation
         };
         (secant.value * (by_end * start.ratio * det_variation) + value_variation * slope) * start.ratio
     }

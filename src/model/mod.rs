@@ -205,6 +205,7 @@ impl<const D: usize> Model<D> {
     pub fn select_terms(&mut self, terms: Terms) {
         self.terms = terms;
         self.linear = self.linear && terms == Terms::ALL;
+        self.linearisation.particles.clear();
     }
 
     /// A particle in words.

@@ -248,7 +248,10 @@ impl<const D: usize> NonlinearProblem for Model<D> {
 
     fn linearise(&mut self, y: &[f64]) -> Result<(), EvaluationError> {
         // The derivatives of linear equations are everywhere those of their first point.
-        if self.constant_tangent().is_some() && self.linearisation.shift == self.stage.shift && !self.linearisation.particles.is_empty() {
+        if self.constant_tangent().is_some()
+            && self.linearisation.shift == self.stage.shift
+            && !self.linearisation.particles.is_empty()
+        {
             return Ok(());
         }
         self.evaluate_stage(y)?;

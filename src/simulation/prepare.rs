@@ -100,12 +100,7 @@ fn first_step(time: &settings::TimeSettings, limit: f64) -> f64 {
 
 /// Takes a scene's word that its equations are linear (or not), after checking it: the tangents at
 /// two points in general position must agree.
-fn declare<const D: usize>(
-    model: &mut Model<D>,
-    values: &[f64],
-    declared: bool,
-    step: f64,
-) -> Result<(), RunError> {
+fn declare<const D: usize>(model: &mut Model<D>, values: &[f64], declared: bool, step: f64) -> Result<(), RunError> {
     if declared && !model.is_linear() {
         let difference = tangent_difference(model, values, step).map_err(RunError::Choice)?;
         if difference > 1e-12 {
