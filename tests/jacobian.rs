@@ -3,7 +3,7 @@
 
 mod support;
 
-use nicolson::model::{Model, Noise, Unknowns};
+use nicolson::model::{CheckPoint, Model, Noise, Unknowns};
 use nicolson::setup::*;
 use nicolson_solvers::nonlinear::NonlinearProblem;
 use support::{fluid, linear, particles, setup};
@@ -87,10 +87,19 @@ fn check<const D: usize>(counts: [usize; D]) {
                     assert!(!v.is_linear(), "{what}: the check must bite: {v:?}");
                 }
             }
-            let differences = model.compare_with_differences(&at).expect("differences");
-            assert!(differences.largest_error < 2e-6, "{what}: {differences:?}");
-            assert!(differences.outside_pattern < 1e-9, "{what}: {differences:?}");
-            action_agrees_with_entries(&mut model, &at.unknowns, &what);
+            let mut points = vec![at.clone()];
+            if model.unknowns() == Unknowns::Velocity {
+                points.push(CheckPoint { conserving: true, ..at });
+            }
+            for at in points {
+                let what = format!("{what}, conserving: {}", at.conserving);
+                let report = model.taylor(&at, model.term_selections()[0], epsilons, 11).expect("Taylor");
+                assert!(report.blocks[0].deviation(200.0) < 0.01, "{what}: {report:?}");
+                let differences = model.compare_with_differences(&at).expect("differences");
+                assert!(differences.largest_error < 2e-6, "{what}: {differences:?}");
+                assert!(differences.outside_pattern < 1e-9, "{what}: {differences:?}");
+                action_agrees_with_entries(&mut model, &at.unknowns, &what);
+            }
         }
     }
 }

@@ -141,7 +141,12 @@ impl<const D: usize> Model<D> {
         } else {
             Tensor::zeros()
         };
+        let start = self.stage.start.get(a);
         let stress_by_gradient = tensor4_of(|direction| {
+            if let Some(start) = start {
+                let variation = self.conserving_variation(a, start, &point, direction);
+                return if stress { variation * volume } else { Tensor::zeros() };
+            }
             let direct = if stress { along(direction) * (-point.pressure * volume) } else { Tensor::zeros() };
             if eliminated { direct + stress_by_volume * contract(&chain, direction) } else { direct }
         });

@@ -80,11 +80,7 @@ impl Ledger {
     ///
     /// # Errors
     /// If the state is outside the domain of the law.
-    pub fn open<const D: usize>(
-        model: &mut Model<D>,
-        time: f64,
-        state: &[f64],
-    ) -> Result<Self, EvaluationError> {
+    pub fn open<const D: usize>(model: &mut Model<D>, time: f64, state: &[f64]) -> Result<Self, EvaluationError> {
         let mut ledger = Self { time, ..Self::default() };
         for (a, constraints) in model.setup().constraints.iter().enumerate() {
             for (i, constraint) in constraints.iter().enumerate() {
@@ -103,12 +99,8 @@ impl Ledger {
         ledger.state.extend_from_slice(state);
         if model.is_free() {
             let linear: Vec<f64> = model.linear_momentum(state).iter().copied().collect();
-            let mut momenta = Momenta {
-                linear,
-                angular: model.angular_momentum(state),
-                drift: (0.0, 0.0),
-                scale: (0.0, 0.0),
-            };
+            let mut momenta =
+                Momenta { linear, angular: model.angular_momentum(state), drift: (0.0, 0.0), scale: (0.0, 0.0) };
             momenta.follow(model, state);
             ledger.momentum = Some(momenta);
         }
@@ -143,11 +135,8 @@ impl Ledger {
             let before = std::mem::take(&mut self.forces);
             model.forces_at(time, state, &mut self.forces)?;
             let moved = model.displacements(state);
-            let work: f64 = self
-                .moving
-                .iter()
-                .map(|&i| 0.5 * (before[i] + self.forces[i]) * (moved[i] - self.state[i]))
-                .sum();
+            let work: f64 =
+                self.moving.iter().map(|&i| 0.5 * (before[i] + self.forces[i]) * (moved[i] - self.state[i])).sum();
             let kinetic = self.kinetic_of_moving(model, state);
             self.entry.external += kinetic - self.constraint_kinetic - work;
             self.constraint_kinetic = kinetic;
