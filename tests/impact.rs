@@ -33,13 +33,17 @@ fn curves(run: &Trajectory<2>) -> [Vec<f64>; 2] {
 fn implicit_and_explicit_probes_agree() {
     for name in SCENES {
         let reference = run(name, &[EXPLICIT]);
-        println!("{name}: {} explicit steps; largest (root mean square) difference over the range, %", reference.steps.len());
+        println!(
+            "{name}: {} explicit steps; largest (root mean square) difference over the range, %",
+            reference.steps.len()
+        );
         let mut halved = Vec::new();
         for (case, overrides, limit, mean_limit) in [
             // Measured: 1.29 and 1.17 (elastic), 1.71 and 0.85 (hyperelastic); see above.
             ("Crank–Nicolson, 0.05", &[][..], 1.9e-2, 1e-2),
             ("Crank–Nicolson, 0.025", &[("time.step", "0.025")], 0.55e-2, 0.3e-2),
             ("Crank–Nicolson, 0.0125", &[("time.step", "0.0125")], 0.2e-2, 0.1e-2),
+            ("Crank–Nicolson, 0.00625", &[("time.step", "0.00625")], 0.15e-2, 0.05e-2),
             ("TR-BDF2, 0.05", &[("time.scheme", "tr_bdf2")], 1e-2, 0.5e-2),
         ] {
             let implicit = run(name, overrides);
@@ -58,12 +62,13 @@ fn implicit_and_explicit_probes_agree() {
             }
             halved.push(curves(&implicit));
         }
-        // The implicit runs among themselves, where the explicit error does not disturb.
+        // The implicit runs among themselves, where the explicit error does not disturb. The first order is
+        // of steps that are still too long for the blow at the corner (measured 1.65 and 1.39 there).
         for (probe, motion) in ["top", "corner"].iter().enumerate() {
             let change = |i: usize| distance(&halved[i][probe], &halved[i + 1][probe]).1;
-            let order = (change(0) / change(1)).log2();
-            println!("  {motion}: order of the change when Δt is halved {order:.2}");
-            assert!((1.7..2.3).contains(&order), "{name}, {motion}: {order}");
+            let orders = [0, 1].map(|i| (change(i) / change(i + 1)).log2());
+            println!("  {motion}: order of the change when Δt is halved {:.2}, {:.2}", orders[0], orders[1]);
+            assert!(orders[0] > 1.3 && (1.8..2.2).contains(&orders[1]), "{name}, {motion}: {orders:?}");
         }
     }
 }
@@ -71,7 +76,9 @@ fn implicit_and_explicit_probes_agree() {
 #[test]
 fn the_energy_never_rises_and_the_loss_falls_under_refinement() {
     for name in SCENES {
-        println!("{name}: spacing, part of the energy lost by t = 1, largest rise in a step and error of the ledger over it");
+        println!(
+            "{name}: spacing, part of the energy lost by t = 1, largest rise in a step and error of the ledger over it"
+        );
         let mut losses: Vec<f64> = Vec::new();
         for spacing in ["0.5", "0.25", "0.125"] {
             let implicit = run(name, &[("body.0.spacing", spacing)]);
@@ -91,7 +98,11 @@ fn the_energy_never_rises_and_the_loss_falls_under_refinement() {
             losses.push(implicit.loss());
         }
         let explicit = run(name, &[EXPLICIT]);
-        println!("  explicit at 0.25: loss {:.4}  rise {:+.1e}", explicit.loss(), explicit.largest_rise());
+        println!(
+            "  explicit at 0.25: loss {:.4}  rise {:+.1e}",
+            explicit.loss(),
+            explicit.largest_rise() / explicit.entries[0].total
+        );
         assert!(explicit.largest_rise() < 0.0, "{name}, explicit: the energy rises");
         assert!((explicit.loss() - losses[1]).abs() < 1.2e-2, "{name}: {} against {}", explicit.loss(), losses[1]);
     }

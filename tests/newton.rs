@@ -22,8 +22,8 @@ use trajectory::{every, example, follow};
 
 /// A residual below this many units of its summands is rounding.
 const ROUNDING: f64 = 1e-15;
-/// Largest `ρ₊/ρ²`. Measured: between 3 and 36 in all steps of all scenes below.
-const CONSTANT: f64 = 60.0;
+/// Largest `ρ₊/ρ²`. Measured: up to 36 for velocities alone, up to 60 where volume ratios are unknowns too.
+const CONSTANT: f64 = 100.0;
 /// Iterate to rounding, so that there is a history to look at.
 const TIGHT: [(&str, &str); 2] = [("newton.relative_tolerance", "1e-15"), ("newton.scale_tolerance", "1e-15")];
 
@@ -57,8 +57,9 @@ fn assert_quadratic(name: &str, histories: &[NewtonReport]) {
         let list: Vec<String> = residuals.iter().map(|rho| format!("{rho:.1e}")).collect();
         println!("  step {:2}: {}   C = {constant:.1}, order {order:.2}", step + 1, list.join(" "));
         assert!(constant < CONSTANT, "{name}, step {}: ρ₊/ρ² = {constant} in {residuals:?}", step + 1);
-        // The constant decides; the order says the same where the history is long enough to show one.
-        assert!(order.is_nan() || order > 1.8, "{name}, step {}: order {order} in {residuals:?}", step + 1);
+        // The constant decides. The order of three residuals is 2 less what the constant changes among them,
+        // ln(C₂/C₁)/ln(ρ₁/ρ₀): measured 1.73 to 2.01.
+        assert!(order.is_nan() || order > 1.7, "{name}, step {}: order {order} in {residuals:?}", step + 1);
         assert!(report.history.iter().skip(1).all(|record| record.step_length == 1.0), "full steps suffice");
         iterations = iterations.max(report.iterations);
         largest = largest.max(constant);
