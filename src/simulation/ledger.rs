@@ -115,6 +115,11 @@ impl Ledger {
         self.entry
     }
 
+    /// Time and state of the last row.
+    pub fn last_state(&self) -> (f64, &[f64]) {
+        (self.time, &self.state)
+    }
+
     /// Adds the row of an accepted step.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use nicolson_solvers::time::StepReport;
+use nicolson_solvers::time::{StepReport, TimeState};
 
 use super::frames::{Frames, draw_particles};
 use super::ledger::Ledger;
@@ -120,11 +120,13 @@ impl<const D: usize> Recorder<D> {
         let start = Instant::now();
         if self.keeps_history {
             // An explicit scheme accepts a state without evaluating it: the books may be the first to see
-            // that it is outside the domain of the law.
+            // that it is outside the domain of the law. Then the run ends with the state before.
             let time = prepared.state.time;
-            self.ledger
-                .follow(&mut prepared.model, time, &prepared.state.values)
-                .map_err(|error| RunError::Outside { time, error })?;
+            if let Err(error) = self.ledger.follow(&mut prepared.model, time, &prepared.state.values) {
+                let (before, values) = self.ledger.last_state();
+                prepared.state = TimeState::new(before, values.to_vec());
+                return Err(RunError::Outside { time, error });
+            }
         }
         self.row(prepared, step.step, step.newton_iterations, step.rejected)?;
         if prepared.state.time >= self.next_frame() {
