@@ -192,6 +192,7 @@ impl<const D: usize> Model<D> {
         let outcome = self.taylor_selected(at, term, epsilons, seed);
         (self.terms, self.linear) = kept;
         self.stage.evaluated.clear();
+        self.forget_linearisation();
         outcome
     }
 
