@@ -204,6 +204,7 @@ impl<const D: usize> Model<D> {
         (self.terms, self.linear) = kept;
         self.linearisation.particles.clear();
         self.stage.evaluated.clear();
+        self.forget_linearisation();
         outcome
     }
 
