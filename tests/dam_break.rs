@@ -27,7 +27,11 @@ fn curves(run: &Trajectory<2>) -> [Vec<f64>; 2] {
 fn implicit_and_explicit_fronts_agree() {
     let (implicit, explicit) = (run(&[]), run(&[EXPLICIT]));
     let (ours, reference) = (curves(&implicit), curves(&explicit));
-    println!("{} implicit and {} explicit steps; front and height of the left column, m", implicit.steps.len(), explicit.steps.len());
+    println!(
+        "{} implicit and {} explicit steps; front and height of the left column, m",
+        implicit.steps.len(),
+        explicit.steps.len()
+    );
     for i in (0..=60).step_by(10) {
         println!(
             "  t = {:.1}   front {:.4} {:.4}   height {:.4} {:.4}",
@@ -57,7 +61,10 @@ fn the_books_close_to_the_accuracy_of_the_integrator() {
         let exchanged = run.entries.iter().map(|entry| entry.kinetic).fold(0.0, f64::max);
         let error = run.ledger_error() / exchanged;
         let order = errors.last().map_or(f64::NAN, |before| (before / error).log2());
-        println!("  {step:6}  {error:.2e}  order {order:.2}   gravity's work {:.0} J", run.books.last().map_or(0.0, |e| e.external));
+        println!(
+            "  {step:6}  {error:.2e}  order {order:.2}   gravity's work {:.0} J",
+            run.books.last().map_or(0.0, |e| e.external)
+        );
         assert!(run.largest_rise() < 0.0, "the total energy falls in every step");
         errors.push(error);
     }

@@ -37,8 +37,9 @@ fn check(case: &str, scene: &str, overrides: &[(&str, &str)]) {
         let directory = tempfile::tempdir().expect("a directory");
         let options = RunOptions { directory: Some(directory.path().to_owned()), ..RunOptions::default() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        let outcome =
-            pool.install(|| run(&scene, &options, &mut Silent, &AtomicBool::new(false))).unwrap_or_else(|e| panic!("{case}: {e}"));
+        let outcome = pool
+            .install(|| run(&scene, &options, &mut Silent, &AtomicBool::new(false)))
+            .unwrap_or_else(|e| panic!("{case}: {e}"));
         let report = &outcome.report;
         assert_eq!(report.status, Status::Completed, "{case}: {:?}", report.message);
         assert_eq!(report.provenance.threads, threads);
@@ -100,7 +101,11 @@ fn implicit_with_gmres() {
 
 #[test]
 fn explicit() {
-    let explicit = [("body.0.spacing", "0.0625"), ("time", "{ scheme = \"tvd_rk2\", cfl = 0.3, end = 0.02 }"), ("output.interval", "0.01")];
+    let explicit = [
+        ("body.0.spacing", "0.0625"),
+        ("time", "{ scheme = \"tvd_rk2\", cfl = 0.3, end = 0.02 }"),
+        ("output.interval", "0.01"),
+    ];
     check("explicit", "dam-break", &explicit);
 }
 
@@ -117,5 +122,9 @@ fn explicit_in_three_dimensions_with_pressure_upwinding() {
 
 #[test]
 fn implicit_in_three_dimensions() {
-    check("implicit, 3D", "block-piston", &[("body.0.spacing", "0.125"), ("time.end", "0.01"), ("output.interval", "0.01")]);
+    check(
+        "implicit, 3D",
+        "block-piston",
+        &[("body.0.spacing", "0.125"), ("time.end", "0.01"), ("output.interval", "0.01")],
+    );
 }

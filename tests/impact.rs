@@ -33,7 +33,10 @@ fn curves(run: &Trajectory<2>) -> [Vec<f64>; 2] {
 fn implicit_and_explicit_probes_agree() {
     for name in SCENES {
         let reference = run(name, &[EXPLICIT]);
-        println!("{name}: {} explicit steps; largest (root mean square) difference over the range, %", reference.steps.len());
+        println!(
+            "{name}: {} explicit steps; largest (root mean square) difference over the range, %",
+            reference.steps.len()
+        );
         let mut halved = Vec::new();
         for (case, overrides, limit, mean_limit) in [
             // Measured: 1.29 and 1.17 (elastic), 1.71 and 0.85 (hyperelastic); see above.
@@ -71,7 +74,9 @@ fn implicit_and_explicit_probes_agree() {
 #[test]
 fn the_energy_never_rises_and_the_loss_falls_under_refinement() {
     for name in SCENES {
-        println!("{name}: spacing, part of the energy lost by t = 1, largest rise in a step and error of the ledger over it");
+        println!(
+            "{name}: spacing, part of the energy lost by t = 1, largest rise in a step and error of the ledger over it"
+        );
         let mut losses: Vec<f64> = Vec::new();
         for spacing in ["0.5", "0.25", "0.125"] {
             let implicit = run(name, &[("body.0.spacing", spacing)]);

@@ -61,7 +61,8 @@ pub fn follow<const D: usize>(scene: &Scene, times: &[f64]) -> Trajectory<D> {
     for &time in times {
         while prepared.state.time < time {
             let Prepared { model, stepper, state, .. } = &mut prepared;
-            let step = stepper.advance(model, state, time).unwrap_or_else(|failure| panic!("{}: {failure}", scene.title));
+            let step =
+                stepper.advance(model, state, time).unwrap_or_else(|failure| panic!("{}: {failure}", scene.title));
             entries.push(ledger.follow(model, state.time, &state.values).expect("an accepted state"));
             steps.push(step);
         }
