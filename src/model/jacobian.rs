@@ -202,8 +202,8 @@ impl<const D: usize> Model<D> {
         self.pose(at);
         let outcome = self.taylor_selected(at, term, epsilons, seed);
         (self.terms, self.linear) = kept;
-        self.linearisation.particles.clear();
         self.stage.evaluated.clear();
+        self.forget_linearisation();
         outcome
     }
 

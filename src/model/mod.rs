@@ -205,6 +205,11 @@ impl<const D: usize> Model<D> {
     pub fn select_terms(&mut self, terms: Terms) {
         self.terms = terms;
         self.linear = self.linear && terms == Terms::ALL;
+        self.forget_linearisation();
+    }
+
+    /// Forgets the derivatives of a point: linear equations would keep those of other terms.
+    fn forget_linearisation(&mut self) {
         self.linearisation.particles.clear();
     }
 

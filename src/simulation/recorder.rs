@@ -115,14 +115,16 @@ impl<const D: usize> Recorder<D> {
     /// Records an accepted step.
     ///
     /// # Errors
-    /// If the disk refuses.
+    /// If the disk refuses, or the state is outside the domain of the law.
     pub fn record(&mut self, prepared: &mut Prepared<D>, step: &StepReport) -> Result<(), RunError> {
         let start = Instant::now();
         if self.keeps_history {
-            // The state was accepted, so it is inside the domain of the law.
+            // An explicit scheme accepts a state without evaluating it: the books may be the first to see
+            // that it is outside the domain of the law.
+            let time = prepared.state.time;
             self.ledger
-                .follow(&mut prepared.model, prepared.state.time, &prepared.state.values)
-                .map_err(|error| RunError::Choice(error.to_string()))?;
+                .follow(&mut prepared.model, time, &prepared.state.values)
+                .map_err(|error| RunError::Outside { time, error })?;
         }
         self.row(prepared, step.step, step.newton_iterations, step.rejected)?;
         if prepared.state.time >= self.next_frame() {
