@@ -3,7 +3,7 @@
 
 mod support;
 
-use nicolson::model::{Model, Noise, Unknowns};
+use nicolson::model::{CheckPoint, Model, Noise, Unknowns};
 use nicolson::setup::*;
 use nicolson_solvers::nonlinear::NonlinearProblem;
 use support::{fluid, linear, particles, setup};
@@ -87,10 +87,19 @@ fn check<const D: usize>(counts: [usize; D]) {
                     assert!(!v.is_linear(), "{what}: the check must bite: {v:?}");
                 }
             }
-            let differences = model.compare_with_differences(&at).expect("differences");
-            assert!(differences.largest_error < 2e-6, "{what}: {differences:?}");
-            assert!(differences.outside_pattern < 1e-9, "{what}: {differences:?}");
-            action_agrees_with_entries(&mut model, &at.unknowns, &what);
+            let mut points = vec![at.clone()];
+            if model.unknowns() == Unknowns::Velocity {
+                points.push(CheckPoint { conserving: true, ..at });
+            }
+            for at in points {
+                let what = format!("{what}, conserving: {}", at.conserving);
+                let report = model.taylor(&at, model.term_selections()[0], epsilons, 11).expect("Taylor");
+                assert!(report.blocks[0].deviation(200.0) < 0.01, "{what}: {report:?}");
+                let differences = model.compare_with_differences(&at).expect("differences");
+                assert!(differences.largest_error < 2e-6, "{what}: {differences:?}");
+                assert!(differences.outside_pattern < 1e-9, "{what}: {differences:?}");
+                action_agrees_with_entries(&mut model, &at.unknowns, &what);
+            }
         }
     }
 }
@@ -104,6 +113,16 @@ fn action_agrees_with_entries<const D: usize>(model: &mut Model<D>, y: &[f64], w
     model.tangent().apply(&v, &mut action);
     matrix.apply(&v, &mut product);
     let scale = product.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    // The one-ring part holds some of the same entries, and no others.
+    let sparser = model.tangent().sparser().expect("one-ring part");
+    let pattern = sparser.pattern().expect("entries").clone();
+    let mut near = vec![0.0; pattern.entries()];
+    sparser.fill(&mut near);
+    for row in 0..pattern.size() {
+        for (entry, column) in pattern.row(row).iter().enumerate() {
+            assert_eq!(near[pattern.offsets()[row] + entry], matrix.get(row, *column), "{what}");
+        }
+    }
     for (a, p) in action.iter().zip(&product) {
         assert!((a - p).abs() < 1e-12 * scale, "{what}: action {a} against entries {p}");
     }

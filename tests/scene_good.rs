@@ -358,3 +358,24 @@ interval = 3
         assert!(warning.starts_with(&format!("scene.toml:{place}: ")) && warning.contains(phrase), "{warnings:#?}");
     }
 }
+
+#[test]
+fn the_scenes_of_the_documentation_are_good() {
+    let reference = include_str!("../src/scene/reference.md");
+    let text = reference.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let (setup, warnings) = set_up::<2>(text);
+    assert_eq!((setup.bodies.len(), warnings.len()), (2, 0), "{warnings:?}");
+
+    let head = include_str!("../src/scene/mod.rs");
+    let text = head.split("//! ```toml\n").nth(1).unwrap().split("//! ```\n").next().unwrap();
+    let (setup, warnings) = set_up::<2>(&text.replace("//! ", "").replace("//!", ""));
+    assert_eq!((setup.particles.positions.len(), warnings.len()), (121, 0));
+}
+
+#[test]
+fn marks_of_other_systems_are_accepted() {
+    let text = EVERYTHING.replace('\n', "\r\n");
+    assert_eq!(set_up::<2>(&text).0.bodies.len(), 2);
+    let text = format!("\u{feff}{}", EVERYTHING.trim_start());
+    assert_eq!(set_up::<2>(&text).0.bodies.len(), 2);
+}

@@ -37,7 +37,11 @@ fn print(scene: &Scene, forecast: &Forecast, warnings: &[String]) {
     }
     println!("memory (estimate)    {:.1} MB", forecast.memory / 1e6);
     println!("explicit step limit  {:.4e} s", forecast.explicit_step_limit);
-    println!("step                 {:.4e} s ({:.1} × explicit)", forecast.step, forecast.step / forecast.explicit_step_limit);
+    println!(
+        "step                 {:.4e} s ({:.1} × explicit)",
+        forecast.step,
+        forecast.step / forecast.explicit_step_limit
+    );
     println!("steps                {:.0}", forecast.steps);
     println!("explicit steps       {:.0}", (scene.time.end / forecast.explicit_step_limit).ceil());
     for warning in warnings {

@@ -80,7 +80,10 @@ fn print(taylor: &[TaylorReport], differences: Option<&DifferenceReport>) {
     match differences {
         Some(d) => {
             println!("{} entries against central differences ({} evaluations):", d.entries, d.evaluations);
-            println!("  largest error relative to its row {:.2e}, outside the pattern {:.2e}", d.largest_error, d.outside_pattern);
+            println!(
+                "  largest error relative to its row {:.2e}, outside the pattern {:.2e}",
+                d.largest_error, d.outside_pattern
+            );
             if let Some(worst) = &d.worst {
                 println!("  worst entry: equation of {}, with respect to {}", worst.names.0, worst.names.1);
                 println!("  analytic {:.10e}, difference {:.10e}", worst.analytic, worst.difference);

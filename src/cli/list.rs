@@ -12,10 +12,7 @@ const CHOICES: [(&str, &str); 10] = [
     ("body.kernel", "cubic_spline, wendland_c2, quintic_spline"),
     ("body.weights", "separate, single, balanced"),
     ("body.cofactor", "geometric, evolved"),
-    (
-        "time.scheme (explicit)",
-        "forward_euler, tvd_rk2, tvd_rk3, rk4, rkc, velocity_verlet",
-    ),
+    ("time.scheme (explicit)", "forward_euler, tvd_rk2, tvd_rk3, rk4, rkc, velocity_verlet"),
     (
         "time.scheme (implicit)",
         "backward_euler, crank_nicolson, theta, midpoint, tr_bdf2, sdirk3, generalised_alpha, energy_momentum",

@@ -102,7 +102,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             let directory = out.unwrap_or_else(|| default_directory(&scene.scene));
             run_scene(loaded, RunOptions { directory: Some(directory), command: command.join(" ") }, quiet)
         }),
-        Command::Check { scene } => on_scene(&scene, |loaded| check::check(loaded)),
+        Command::Check { scene } => on_scene(&scene, check::check),
         Command::Jacobian { scene, json } => on_scene(&scene, |loaded| jacobian::jacobian(loaded, json)),
         Command::List { directory } => list::list(&directory),
     }

@@ -60,8 +60,8 @@ struct Parsed {
 enum Program {
     /// No variable is mentioned: evaluated once.
     Constant(f64),
-    /// Evaluated at every call.
-    Compiled(FlatEx<Quantity, Operators, Literals>),
+    /// Evaluated at every call. Boxed: exmex keeps 20 kB of room in the structure itself.
+    Compiled(Box<FlatEx<Quantity, Operators, Literals>>),
 }
 
 impl Expression {
@@ -83,7 +83,7 @@ impl Expression {
         })?;
         let variables = canonical.variables;
         let program = if variables.contains(&true) {
-            Program::Compiled(compiled)
+            Program::Compiled(Box::new(compiled))
         } else {
             Program::Constant(evaluate(&compiled, &variables, [0.0; 3], 0.0).value)
         };
@@ -114,6 +114,11 @@ impl Expression {
     /// Whether the text mentions the coordinate `X` (axis 0), `Y` (1) or `Z` (2).
     pub fn depends_on_coordinate(&self, axis: usize) -> bool {
         self.parsed.variables[..3].get(axis).copied().unwrap_or(false)
+    }
+
+    /// Whether the text mentions a coordinate; if not, one evaluation serves all particles.
+    pub fn depends_on_position(&self) -> bool {
+        self.parsed.variables[..3].contains(&true)
     }
 
     /// The value, if the text mentions no variable.

@@ -10,13 +10,21 @@ pub(crate) fn closest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a s
     if word.len() > LONGEST {
         return None;
     }
-    let word: Vec<char> = word.to_lowercase().chars().collect();
-    candidates
-        .into_iter()
-        .map(|candidate| (distance(&word, &candidate.to_lowercase().chars().collect::<Vec<_>>()), candidate))
-        .filter(|(distance, candidate)| *distance <= word.len().max(candidate.len()).div_ceil(3))
+    let lower = word.to_lowercase();
+    let word: Vec<char> = lower.chars().collect();
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    let near = candidates
+        .iter()
+        .map(|candidate| (distance(&word, &candidate.to_lowercase().chars().collect::<Vec<_>>()), *candidate))
+        .filter(|(distance, candidate)| {
+            let length = word.len().max(candidate.chars().count());
+            // Something must be right: of one-letter names none suggests another.
+            *distance <= length.div_ceil(3) && *distance < length
+        })
         .min_by_key(|(distance, _)| *distance)
-        .map(|(_, candidate)| candidate)
+        .map(|(_, candidate)| candidate);
+    // Or the beginning of a name: `cubic` for `cubic_spline`.
+    near.or_else(|| candidates.into_iter().find(|candidate| word.len() > 2 && candidate.starts_with(&lower)))
 }
 
 fn distance(a: &[char], b: &[char]) -> usize {
@@ -48,6 +56,8 @@ mod tests {
         assert_eq!(closest("smoohting", names), Some("smoothing"));
         assert_eq!(closest("WEIGHTS", names), Some("weights"));
         assert_eq!(closest("velocity", names), None);
+        assert_eq!(closest("c", ["a", "b"]), None);
+        assert_eq!(closest("cubic", ["wendland_c2", "cubic_spline"]), Some("cubic_spline"));
         assert_eq!(closest(&"s".repeat(10_000), names), None);
     }
 }

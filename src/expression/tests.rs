@@ -164,8 +164,8 @@ fn random(state: &mut u64, depth: usize) -> (String, f64, f64) {
 #[test]
 fn random_expressions_agree_with_independent_arithmetic() {
     let mut state = 7;
-    for round in 0..400 {
-        let (text, expected, rate) = random(&mut state, 1 + round % 4);
+    for round in 0..700 {
+        let (text, expected, rate) = random(&mut state, 1 + round % 7);
         if text.len() > super::LONGEST_TEXT {
             continue;
         }
@@ -174,4 +174,19 @@ fn random_expressions_agree_with_independent_arithmetic() {
         assert!((found - expected).abs() <= 1e-9 * expected.abs().max(1.0), "{text}: {found} instead of {expected}");
         assert!((found_rate - rate).abs() <= 1e-9 * rate.abs().max(1.0), "{text}: rate {found_rate}, not {rate}");
     }
+}
+
+#[test]
+fn long_expressions_are_evaluated_whole() {
+    let terms: Vec<String> = (1..=300).map(|factor| format!("{factor}*t")).collect();
+    let expression = Expression::parse(&terms.join("+")).unwrap();
+    assert_eq!((expression.value(AT, 2.0), expression.rate(AT, 2.0)), (90_300.0, 45_150.0));
+    let nested = format!("{}t{}", "abs(1-".repeat(40), ")".repeat(40));
+    assert_eq!(Expression::parse(&nested).unwrap().value(AT, 0.25), 0.25);
+}
+
+#[test]
+fn expressions_can_be_shared_among_threads() {
+    fn shareable<T: Send + Sync + Clone>() {}
+    shareable::<Expression>();
 }

@@ -187,6 +187,7 @@ mod tests {
         assert!((particles.kernel_volumes[1] - 0.01).abs() < 1e-15);
         assert_eq!(read_points::<1>("0\n1\n2\n", 1.0).unwrap().positions.len(), 3);
         assert_eq!(read_points::<3>("0,0,0\r\n1,0,0\r\n", 1.0).unwrap().positions.len(), 2);
+        assert_eq!(read_points::<1>("\u{feff}x\n1\n", 1.0).unwrap().positions.len(), 1);
     }
 
     #[test]

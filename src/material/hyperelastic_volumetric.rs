@@ -39,6 +39,28 @@ impl HyperelasticVolumetric {
         -self.exponent * self.bulk_modulus * j.powf(-self.exponent - 1.0)
     }
 
+    /// `(ψ₁ − ψ₀)/(J₁ − J₀)` and its derivative with respect to `J₁`, Pa.
+    ///
+    /// With `k = 1−γ`, `r = ln(J₁/J₀)`: `κ(1 − J₀^{−γ} φ(r))`, `φ = expm1(kr)/(k expm1(r))`, which keeps
+    /// all digits down to `J₁ = J₀`, where a plain quotient would lose them.
+    pub fn discrete_slope(&self, j0: f64, j1: f64) -> (f64, f64) {
+        let k = 1.0 - self.exponent;
+        let r = (j1 / j0).ln();
+        let growth = r.exp_m1();
+        let scaled = if k == 0.0 { r } else { (k * r).exp_m1() / k };
+        let phi = if growth == 0.0 { 1.0 } else { scaled / growth };
+        let by_r = if r.abs() < 1e-3 {
+            // Series of φ′: the quotient below cancels like 1/r².
+            0.5 * (k - 1.0)
+                + 2.0 * r * (k * k / 6.0 - k / 4.0 + 1.0 / 12.0)
+                + 3.0 * r * r * (k * k * k / 24.0 - k * k / 12.0 + k / 24.0)
+        } else {
+            ((k * r).exp() * growth - scaled * r.exp()) / (growth * growth)
+        };
+        let factor = self.bulk_modulus * j0.powf(-self.exponent);
+        (self.bulk_modulus - factor * phi, -factor * by_r / j1)
+    }
+
     /// `J = (1 + p/κ)^{−1/γ}`; `None` at or below the largest tension −κ.
     pub fn volume_ratio_at(&self, pressure: f64) -> Option<f64> {
         let base = 1.0 + pressure / self.bulk_modulus;

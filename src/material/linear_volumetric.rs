@@ -32,6 +32,11 @@ impl LinearVolumetric {
         -self.bulk_modulus
     }
 
+    /// `(ψ₁ − ψ₀)/(J₁ − J₀) = κ(½(J₀+J₁) − 1)` and its derivative with respect to `J₁`, Pa.
+    pub fn discrete_slope(&self, j0: f64, j1: f64) -> (f64, f64) {
+        (self.bulk_modulus * (0.5 * (j0 + j1) - 1.0), 0.5 * self.bulk_modulus)
+    }
+
     /// `J = 1 − p/κ`.
     pub fn volume_ratio_at(&self, pressure: f64) -> Option<f64> {
         Some(1.0 - pressure / self.bulk_modulus)

@@ -73,6 +73,12 @@ impl Material {
         delegate!(self, law => law.pressure_slope(j))
     }
 
+    /// Discrete derivative `(ψ(J₁) − ψ(J₀))/(J₁ − J₀)`, Pa, and its derivative with respect to `J₁`;
+    /// smooth through `J₁ = J₀`, where it is `ψ′`.
+    pub fn discrete_slope(&self, j0: f64, j1: f64) -> (f64, f64) {
+        delegate!(self, law => law.discrete_slope(j0, j1))
+    }
+
     /// The volume ratio at a given pressure; `None` if the law cannot reach it.
     pub fn volume_ratio_at(&self, pressure: f64) -> Option<f64> {
         delegate!(self, law => law.volume_ratio_at(pressure))
@@ -121,6 +127,32 @@ mod tests {
             assert_eq!(law.pressure(1.0), 0.0);
             let c2 = -law.pressure_slope(1.0) / law.density();
             assert_relative_eq!(c2.sqrt(), law.wave_speed(), max_relative = 1e-14);
+        }
+    }
+
+    #[test]
+    fn the_discrete_slope_is_exact_and_smooth_through_equal_states() {
+        for law in table() {
+            let scale = law.density() * law.wave_speed().powi(2);
+            for j0 in [0.7, 1.0, 1.5] {
+                for step in [0.0, 1e-12, 1e-7, 9e-4, 1.1e-3, 1e-2, -0.2, 0.4] {
+                    let j1 = j0 + step;
+                    let (slope, by_end) = law.discrete_slope(j0, j1);
+                    // Exactness, where the quotient itself can be trusted.
+                    let quotient = (law.energy(j1) - law.energy(j0)) / step;
+                    if step.abs() > 1e-3 {
+                        assert_relative_eq!(slope / scale, quotient / scale, epsilon = 1e-13, max_relative = 1e-12);
+                    }
+                    // ψ* = ψ′(mean) + ψ‴ ΔJ²/24 + …, with ψ‴ up to 56 J⁻⁹ κ in this table.
+                    let middle = -law.pressure(0.5 * (j0 + j1));
+                    if step.abs() <= 1e-2 {
+                        assert!((slope - middle).abs() < scale * (20.0 * step * step + 1e-13));
+                    }
+                    let h = 1e-5;
+                    let numeric = (law.discrete_slope(j0, j1 + h).0 - law.discrete_slope(j0, j1 - h).0) / (2.0 * h);
+                    assert_relative_eq!(by_end / scale, numeric / scale, epsilon = 1e-8, max_relative = 1e-7);
+                }
+            }
         }
     }
 

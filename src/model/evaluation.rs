@@ -10,6 +10,7 @@ use nicolson_solvers::EvaluationError;
 use rayon::prelude::*;
 
 use super::Model;
+use super::conserving::StepStart;
 use crate::material::Material;
 use crate::setup::CofactorChoice;
 use crate::stabilisation::Upwind;
@@ -20,7 +21,7 @@ pub const GRAIN: usize = 128;
 
 /// Where the volume ratios of an evaluation come from.
 #[derive(Debug, Clone, Copy)]
-pub enum VolumeRatios<'a> {
+pub enum VolumeRatios<'a, const D: usize> {
     /// They are given, and their rates are wanted.
     Given(&'a [f64]),
     /// They solve the local stage equation `J = J̃ + s H:L`, and so do their rates.
@@ -28,6 +29,14 @@ pub enum VolumeRatios<'a> {
         /// Base `J̃`.
         base: &'a [f64],
         /// Shift `s`.
+        shift: f64,
+    },
+    /// A discrete-gradient step: displacements and velocities are means over the step, and the stress
+    /// is the one that conserves energy from this start.
+    Conserving {
+        /// Configuration at the start of the step.
+        start: &'a [StepStart<D>],
+        /// Half the step, s.
         shift: f64,
     },
 }
@@ -94,7 +103,7 @@ impl<const D: usize> Workspace<D> {
 
 /// A failed evaluation at one particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Failure {
+pub(super) enum Failure {
     VolumeRatio,
     Determinant,
     NotFinite,
@@ -107,7 +116,7 @@ impl<const D: usize> Model<D> {
         t: f64,
         displacement: &[f64],
         velocity: &[f64],
-        volume_ratios: VolumeRatios<'_>,
+        volume_ratios: VolumeRatios<'_, D>,
     ) -> Result<(), EvaluationError> {
         self.loads
             .update(&self.setup, &self.masses, t)
@@ -124,7 +133,7 @@ impl<const D: usize> Model<D> {
         &mut self,
         displacement: &[f64],
         velocity: &[f64],
-        volume_ratios: VolumeRatios<'_>,
+        volume_ratios: VolumeRatios<'_, D>,
     ) -> Result<(), EvaluationError> {
         let mut workspace = std::mem::replace(&mut self.workspace, Workspace::new(0, false, false));
         let (model, bad) = (&*self, AtomicUsize::new(usize::MAX));
@@ -158,7 +167,10 @@ impl<const D: usize> Model<D> {
     }
 
     /// The law at one particle: cofactor, J, its rate by H:L, and pressure, from F and L.
-    fn constitutive(&self, a: usize, volume_ratios: VolumeRatios<'_>, point: &mut Point<D>) -> Result<(), Failure> {
+    fn constitutive(&self, a: usize, volume_ratios: VolumeRatios<'_, D>, point: &mut Point<D>) -> Result<(), Failure> {
+        if let VolumeRatios::Conserving { start, shift } = volume_ratios {
+            return self.conserving_law(a, &start[a], shift, point);
+        }
         let material = self.material(a);
         let f = &point.deformation;
         let l = &point.velocity_gradient;
@@ -170,6 +182,7 @@ impl<const D: usize> Model<D> {
                 point.volume_ratio = match volume_ratios {
                     VolumeRatios::Given(j) => j[a],
                     VolumeRatios::Stage { base, shift } => base[a] + shift * point.rate,
+                    VolumeRatios::Conserving { .. } => point.volume_ratio,
                 };
             }
             CofactorChoice::Evolved => {
@@ -185,6 +198,7 @@ impl<const D: usize> Model<D> {
                         }
                         base[a] / denominator
                     }
+                    VolumeRatios::Conserving { .. } => point.volume_ratio,
                 };
                 point.cofactor = transposed * point.volume_ratio;
                 point.rate = point.volume_ratio * divergence;
@@ -213,7 +227,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// The error of a particle whose law could not be evaluated.
-    fn explain(&self, a: usize, volume_ratios: VolumeRatios<'_>, mut point: Point<D>) -> EvaluationError {
+    fn explain(&self, a: usize, volume_ratios: VolumeRatios<'_, D>, mut point: Point<D>) -> EvaluationError {
         let det = determinant(&point.deformation);
         let error = match self.constitutive(a, volume_ratios, &mut point) {
             Err(Failure::Determinant) => EvaluationError::outside_domain("determinant of F", a, det),

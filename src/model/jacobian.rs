@@ -5,7 +5,7 @@
 
 use nicolson_solvers::EvaluationError;
 use nicolson_solvers::nonlinear::NonlinearProblem;
-use nicolson_solvers::time::StageSystem;
+use nicolson_solvers::time::{ConservingSystem, StageSystem};
 use nicolson_solvers::vector;
 
 use super::{Model, Terms, Unknowns};
@@ -97,10 +97,12 @@ pub struct CheckPoint {
     pub time: f64,
     /// Shift s of the stage, s.
     pub shift: f64,
-    /// Base `ũ`.
+    /// Base `ũ`, or the start of a conserving step.
     pub base: Vec<f64>,
     /// Unknowns.
     pub unknowns: Vec<f64>,
+    /// Whether this is a conserving step (of length `2 shift`) instead of an implicit stage.
+    pub conserving: bool,
 }
 
 /// Numbers in (−1, 1) from a seed: the same on every machine.
@@ -113,6 +115,7 @@ impl Noise {
     }
 
     /// The next number (splitmix64).
+    #[expect(clippy::should_implement_trait, reason = "an iterator would have to promise an end that never comes")]
     pub fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -159,10 +162,19 @@ impl<const D: usize> Model<D> {
         for value in &mut unknowns {
             *value += noise.next() * length / shift;
         }
-        self.begin_stage(time, shift, &base);
-        let mut residual = vec![0.0; unknowns.len()];
-        self.residual(&unknowns, &mut residual)?;
-        Ok(CheckPoint { time, shift, base, unknowns })
+        let at = CheckPoint { time, shift, base, unknowns, conserving: false };
+        self.pose(&at);
+        self.residual(&at.unknowns, &mut vec![0.0; at.unknowns.len()])?;
+        Ok(at)
+    }
+
+    /// Poses the problem of a check point.
+    fn pose(&mut self, at: &CheckPoint) {
+        if at.conserving {
+            self.begin_conserving(at.time, 2.0 * at.shift, &at.base);
+        } else {
+            self.begin_stage(at.time, at.shift, &at.base);
+        }
     }
 
     /// Block of an unknown.
@@ -188,7 +200,7 @@ impl<const D: usize> Model<D> {
     ) -> Result<TaylorReport, EvaluationError> {
         let kept = (self.terms, self.linear);
         self.select_terms(terms);
-        self.begin_stage(at.time, at.shift, &at.base);
+        self.pose(at);
         let outcome = self.taylor_selected(at, term, epsilons, seed);
         (self.terms, self.linear) = kept;
         self.stage.evaluated.clear();
@@ -266,7 +278,7 @@ impl<const D: usize> Model<D> {
     /// If a perturbed point is outside the domain of the law.
     pub fn compare_with_differences(&mut self, at: &CheckPoint) -> Result<DifferenceReport, EvaluationError> {
         let size = at.unknowns.len();
-        self.begin_stage(at.time, at.shift, &at.base);
+        self.pose(at);
         self.linearise(&at.unknowns)?;
         let matrix = self.tangent_matrix();
         let rings: Vec<Vec<u32>> = (0..self.particles()).map(|a| self.gradient.neighbourhood.two_ring(a)).collect();

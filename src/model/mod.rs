@@ -17,6 +17,7 @@
 //! | `evaluation` | the two sweeps that give forces and rates |
 //! | `unknowns` | which numbers an implicit stage solves for |
 //! | `stage` | `u = ũ + s f(t, u)` as a nonlinear problem |
+//! | `conserving` | the discrete-gradient step that conserves energy |
 //! | `linearisation` | derivatives of every term, and the tangent's action |
 //! | `assembly` | the tangent's entries on a fixed pattern |
 //! | `balance` | energies, dissipation, momenta |
@@ -25,6 +26,7 @@
 mod assembly;
 mod balance;
 mod build;
+mod conserving;
 mod evaluation;
 mod jacobian;
 mod linearisation;
@@ -119,7 +121,7 @@ pub struct Model<const D: usize> {
     terms: Terms,
     linear: bool,
     workspace: Workspace<D>,
-    stage: Stage,
+    stage: Stage<D>,
     linearisation: Linearisation<D>,
     clocks: Clocks,
 }

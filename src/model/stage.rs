@@ -11,9 +11,10 @@ use std::time::Instant;
 
 use nicolson_solvers::linear::Tangent;
 use nicolson_solvers::nonlinear::NonlinearProblem;
-use nicolson_solvers::time::{StageSystem, System};
+use nicolson_solvers::time::{ConservingSystem, StageSystem, System};
 use nicolson_solvers::{EvaluationError, vector};
 
+use super::conserving::StepStart;
 use super::evaluation::VolumeRatios;
 use super::{Clocks, Model, Unknowns};
 use crate::setup::Constraint;
@@ -21,7 +22,9 @@ use crate::tensor::coordinates;
 
 /// The stage being solved.
 #[derive(Debug, Clone, Default)]
-pub struct Stage {
+pub struct Stage<const D: usize> {
+    /// Configuration at the start of a conserving step; empty for an implicit stage.
+    pub start: Vec<StepStart<D>>,
     /// Time of the stage, s.
     pub time: f64,
     /// Shift s, s.
@@ -89,6 +92,11 @@ impl<const D: usize> System for Model<D> {
     fn stages(&mut self) -> Option<&mut dyn StageSystem> {
         Some(self)
     }
+
+    fn conserving(&mut self) -> Option<&mut dyn ConservingSystem> {
+        // The discrete gradient eliminates J; D_p couples it.
+        if self.unknowns.kind() == Unknowns::Velocity { Some(self) } else { None }
+    }
 }
 
 impl<const D: usize> Model<D> {
@@ -151,7 +159,10 @@ impl<const D: usize> Model<D> {
         let (displacement, rest) = trial.split_at_mut(n * D);
         let (velocity, ratios) = rest.split_at_mut(n * D);
         let local = self.unknowns.kind() == Unknowns::Velocity;
-        let source = if local {
+        let start = std::mem::take(&mut self.stage.start);
+        let source = if !start.is_empty() {
+            VolumeRatios::Conserving { start: &start, shift: self.stage.shift }
+        } else if local {
             VolumeRatios::Stage { base: &base[2 * n * D..], shift: self.stage.shift }
         } else {
             VolumeRatios::Given(ratios)
@@ -162,6 +173,7 @@ impl<const D: usize> Model<D> {
                 *ratio = point.volume_ratio;
             }
         }
+        self.stage.start = start;
         self.stage.base = base;
         self.stage.trial = trial;
         if outcome.is_ok() {
@@ -236,7 +248,10 @@ impl<const D: usize> NonlinearProblem for Model<D> {
 
     fn linearise(&mut self, y: &[f64]) -> Result<(), EvaluationError> {
         // The derivatives of linear equations are everywhere those of their first point.
-        if self.linear && self.linearisation.shift == self.stage.shift && !self.linearisation.particles.is_empty() {
+        if self.constant_tangent().is_some()
+            && self.linearisation.shift == self.stage.shift
+            && !self.linearisation.particles.is_empty()
+        {
             return Ok(());
         }
         self.evaluate_stage(y)?;
@@ -251,7 +266,9 @@ impl<const D: usize> NonlinearProblem for Model<D> {
     }
 
     fn constant_tangent(&self) -> Option<u64> {
-        self.linear.then(|| self.stage.shift.to_bits())
+        // In three dimensions the conserving stress is not linear even where the equations are.
+        let conserving = !self.stage.start.is_empty();
+        (self.linear && !(conserving && D == 3)).then(|| self.stage.shift.to_bits())
     }
 
     fn describe(&self, unknown: usize) -> String {
@@ -262,6 +279,7 @@ impl<const D: usize> NonlinearProblem for Model<D> {
 
 impl<const D: usize> StageSystem for Model<D> {
     fn begin_stage(&mut self, t: f64, shift: f64, base: &[f64]) {
+        self.stage.start.clear();
         let mut kept = std::mem::take(&mut self.stage.base);
         kept.clear();
         kept.extend_from_slice(base);

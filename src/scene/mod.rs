@@ -28,6 +28,7 @@
 //!
 //! Conventions: SI units; constraints win over initial values; expressions are fields of the reference
 //! position and time ([`crate::expression`]).
+#![doc = include_str!("reference.md")]
 
 mod build;
 mod checks;

@@ -205,8 +205,7 @@ fn count(findings: &mut Findings<'_>, given: &Option<Spanned<u64>>, name: &str, 
 /// `[output]`.
 pub(super) fn output(document: &Document, findings: &mut Findings<'_>) -> OutputSettings {
     let text = &document.output;
-    let mut settings = OutputSettings::default();
-    settings.interval = text.interval.as_ref().and_then(|interval| {
+    let interval = text.interval.as_ref().and_then(|interval| {
         let value = findings.positive(interval, "interval")?;
         let end = document.time.as_ref().map(|time| *time.get_ref().end.get_ref());
         if end.is_some_and(|end| value > end) {
@@ -214,6 +213,7 @@ pub(super) fn output(document: &Document, findings: &mut Findings<'_>) -> Output
         }
         Some(value)
     });
+    let mut settings = OutputSettings { interval, ..OutputSettings::default() };
     if let Some(fields) = &text.fields {
         let mut chosen: Vec<OutputField> = Vec::new();
         for field in fields {

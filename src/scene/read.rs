@@ -10,8 +10,8 @@ use super::messages::explain;
 use super::overrides::Overrides;
 use crate::expression::closest;
 
-/// Most unknown keys shown at once.
-const MOST_UNKNOWN: usize = 20;
+/// Most mistakes of names and types looked for.
+const MOST_ROUNDS: usize = 50;
 
 /// Reads the scene; `None` if a mistake was noted. Also gives the text with the overrides in it.
 pub(super) fn read(
@@ -43,26 +43,30 @@ pub(super) fn read(
     Some((document, effective))
 }
 
-/// Serde stops at the first mistake; unknown keys are taken out one by one, so that all are shown.
+/// Serde stops at the first mistake. What it complains of is noted and taken out, and the rest tried again, so
+/// that all mistakes are shown.
 fn deserialise(mut table: Spanned<DeTable<'_>>, findings: &mut Findings<'_>) -> Option<Document> {
-    let mut unknown: Vec<String> = Vec::new();
-    loop {
+    let mut removed: Vec<String> = Vec::new();
+    for _ in 0..MOST_ROUNDS {
         let error = match Document::deserialize(toml::Deserializer::from(table.clone())) {
-            Ok(document) => return unknown.is_empty().then_some(document),
+            Ok(document) => return removed.is_empty().then_some(document),
             Err(error) => error,
         };
         let span = error.span().unwrap_or_else(|| table.span());
-        let (message, remedy) = explain(error.message());
-        // A key that is missing because it is mistyped is one mistake, not two.
-        let missing = error.message().strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`'));
-        if missing.is_none_or(|missing| closest(missing, unknown.iter().map(String::as_str)).is_none()) {
+        if !is_consequence(error.message(), &removed) {
+            let (message, remedy) = explain(error.message());
             findings.error(head(span.clone(), findings), message, remedy);
         }
-        let is_unknown = error.message().starts_with("unknown field ");
-        match remove(table.get_mut(), &span) {
-            Some(key) if is_unknown && unknown.len() < MOST_UNKNOWN => unknown.push(key),
-            _ => return None,
-        }
+        removed.push(remove(table.get_mut(), &span)?);
+    }
+    None
+}
+
+/// Whether a mistake is only there because of what was taken out: a key is missing where it was mistyped.
+fn is_consequence(message: &str, removed: &[String]) -> bool {
+    match message.strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`')) {
+        Some(missing) => closest(missing, removed.iter().map(String::as_str)).is_some(),
+        None => message.ends_with("found 0 elements") && !removed.is_empty(),
     }
 }
 
@@ -72,19 +76,33 @@ fn head(span: Span, findings: &Findings<'_>) -> Span {
     span.start..span.start + length
 }
 
-/// Takes the key at a place out of a table.
+/// Takes the innermost entry around a place out of a table; gives its key.
 fn remove(table: &mut DeTable<'_>, span: &Span) -> Option<String> {
-    if let Some(key) = table.keys().find(|key| key.span() == *span).map(|key| key.get_ref().to_string()) {
-        table.remove(key.as_str());
+    if let Some(key) = table.iter_mut().find_map(|(_, value)| remove_inside(value.get_mut(), span)) {
         return Some(key);
     }
-    table.iter_mut().find_map(|(_, value)| remove_in(value.get_mut(), span))
+    let entry = table.iter().find(|(key, value)| covers(&key.span(), span) || covers(&value.span(), span));
+    let key = entry.map(|(key, _)| key.get_ref().to_string())?;
+    table.remove(key.as_str());
+    Some(key)
 }
 
-fn remove_in(value: &mut DeValue<'_>, span: &Span) -> Option<String> {
+fn remove_inside(value: &mut DeValue<'_>, span: &Span) -> Option<String> {
     match value {
         DeValue::Table(table) => remove(table, span),
-        DeValue::Array(array) => array.iter_mut().find_map(|element| remove_in(element.get_mut(), span)),
+        DeValue::Array(array) => {
+            if let Some(key) = array.iter_mut().find_map(|element| remove_inside(element.get_mut(), span)) {
+                return Some(key);
+            }
+            let index = array.iter().position(|element| covers(&element.span(), span))?;
+            let rest = array.iter().enumerate().filter(|(at, _)| *at != index).map(|(_, element)| element.clone());
+            *array = rest.collect();
+            Some(String::new())
+        }
         _ => None,
     }
+}
+
+fn covers(outer: &Span, inner: &Span) -> bool {
+    outer.start <= inner.start && inner.end <= outer.end
 }

@@ -31,10 +31,7 @@ pub fn errors<const D: usize>(model: &Model<D>, t: f64, state: &[f64]) -> BTreeM
     }
     if let Some(field) = pressure {
         let values = model.pressures(state);
-        out.insert(
-            "pressure".into(),
-            norms(model, |a| (values[a] - field.value(coordinates(&positions[a]), t)).abs()),
-        );
+        out.insert("pressure".into(), norms(model, |a| (values[a] - field.value(coordinates(&positions[a]), t)).abs()));
     }
     out
 }

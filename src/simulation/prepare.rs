@@ -100,12 +100,7 @@ fn first_step(time: &settings::TimeSettings, limit: f64) -> f64 {
 
 /// Takes a scene's word that its equations are linear (or not), after checking it: the tangents at
 /// two points in general position must agree.
-fn declare<const D: usize>(
-    model: &mut Model<D>,
-    values: &[f64],
-    declared: bool,
-    step: f64,
-) -> Result<(), RunError> {
+fn declare<const D: usize>(model: &mut Model<D>, values: &[f64], declared: bool, step: f64) -> Result<(), RunError> {
     if declared && !model.is_linear() {
         let difference = tangent_difference(model, values, step).map_err(RunError::Choice)?;
         if difference > 1e-12 {
@@ -123,7 +118,7 @@ fn tangent_difference<const D: usize>(model: &mut Model<D>, values: &[f64], step
     let mut matrices = Vec::new();
     for seed in [1, 2] {
         let at = model.check_point(0.0, step, values, 0.02, seed).map_err(|e| e.to_string())?;
-        let CheckPoint { time, shift, base, unknowns } = at;
+        let CheckPoint { time, shift, base, unknowns, .. } = at;
         model.begin_stage(time, shift, &base);
         nicolson_solvers::nonlinear::NonlinearProblem::linearise(model, &unknowns).map_err(|e| e.to_string())?;
         matrices.push(model.tangent_matrix());
@@ -141,17 +136,22 @@ impl<const D: usize> Prepared<D> {
 
     /// A failed step in words: where it stood, why, and what to try.
     pub fn explain(&self, failure: &StepFailure) -> String {
-        let remedy = if self.stepper.scheme().is_implicit() {
-            "try a smaller time.step, stabilisation, or scheme = \"energy_momentum\""
-        } else {
-            "try a smaller time.cfl or time.step, or an implicit scheme"
-        };
         let mut text = failure.to_string();
         if let Some(nicolson_solvers::time::StepCause::NotFinite { index, .. }) = failure.cause() {
             let particle = self.model.particle_of_entry(*index);
             text = format!("{text}, at {}", self.model.describe_particle(particle));
         }
-        format!("{text}; {remedy}")
+        self.advise(&text)
+    }
+
+    /// What went wrong, and what to try.
+    pub(super) fn advise(&self, what: &str) -> String {
+        let remedy = if self.stepper.scheme().is_implicit() {
+            "try a smaller time.step, stabilisation, or scheme = \"energy_momentum\""
+        } else {
+            "try a smaller time.cfl or time.step, or an implicit scheme"
+        };
+        format!("{}; {remedy}", what.trim_end_matches('.'))
     }
 
     /// What the run will need.

@@ -30,8 +30,10 @@ impl<const D: usize> Gauge<D> {
         };
         let (position, weights) = match probe.particle {
             Some(a) => (positions[a], vec![(a, 1.0)]),
-            None => (probe.position, linear_weights(probe, body.particles.clone(), positions, body.kernel, h)
-                .unwrap_or_else(nearest)),
+            None => (
+                probe.position,
+                linear_weights(probe, body.particles.clone(), positions, body.kernel, h).unwrap_or_else(nearest),
+            ),
         };
         Self { name: probe.name.clone(), position, weights }
     }

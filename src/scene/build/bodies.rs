@@ -96,7 +96,9 @@ pub(super) fn make<const D: usize>(
     }
     // Before anything is allocated.
     if total > most_particles as f64 {
-        let span = document.body.first().map_or(0..0, |body| finest(body));
+        let count = |plan: &Option<Plan<D>>| plan.as_ref().map_or(0.0, Plan::approximate_count);
+        let largest = document.body.iter().zip(&plans).max_by(|(_, a), (_, b)| count(a).total_cmp(&count(b)));
+        let span = largest.map_or(0..0, |(body, _)| finest(body));
         findings.error(
             span,
             format!("the bodies would have {total:.3e} particles, more than {most_particles}"),
@@ -294,7 +296,7 @@ fn points<const D: usize>(text: &PointsText, base: &Path, findings: &mut Finding
 }
 
 fn in_file(path: &Path, content: &str, error: PointError) -> SceneError {
-    let line = content.lines().nth(error.line - 1).unwrap_or_default();
+    let line = content.lines().nth(error.line.saturating_sub(1)).unwrap_or_default();
     SceneError {
         origin: path.display().to_string(),
         line: Some(error.line),

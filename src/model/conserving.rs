@@ -1,0 +1,183 @@
+//! The energy–momentum step: the mid-point rule with a discrete-gradient stress (formulation, section 6;
+//! Gonzalez 2000; the polynomial form in C after Betsch, Janz and Hesch 2018).
+//!
+//! With means over the step marked by a bar and `ψ* = (ψ(J₁) − ψ(J₀))/(J₁ − J₀)`:
+//!
+//! ```text
+//! u₁ − u₀ = Δt v̄,    m (v₁ − v₀)/Δt = −Σ V P* g + D_v(ū, v̄) + loads(t + Δt/2),    P* = ψ* H*
+//! J₁ − J₀ = H* : (F₁ − F₀)    exactly
+//! ```
+//!
+//! | D | `H*` |
+//! |---|---|
+//! | 1 | 1 |
+//! | 2 | `cof F̄` |
+//! | 3 | `F̄ (2/(√det C₀ + √det C₁)) (cof C̄ + cof(ΔC)/12)` |
+//!
+//! Then `Σ V P* : ΔF = Σ V (ψ₁ − ψ₀)`: total energy is constant for any Δt, and falls by exactly the
+//! upwinding's dissipation. `P* F̄ᵀ` is symmetric, so angular momentum is exact, too. The simpler
+//! `cof F̄ + cof(ΔF)/12` in 3D would lose that. With the evolved cofactor `J F⁻ᵀ`, J and det F keep
+//! their ratio, by which `H*` is multiplied.
+//!
+//! The unknown is the mean velocity: the problem has the form of an implicit stage at the mid-point,
+//! with shift `s = Δt/2` and base `(u₀, v₀)`, and shares its unknowns, pattern and assembly. Start
+//! `v̄ = 0`, that is `v₁ = −v₀`, gives back the start's configuration and is always admissible.
+
+use nicolson_solvers::EvaluationError;
+use nicolson_solvers::time::{ConservingSystem, StageSystem, System};
+
+use super::Model;
+use super::evaluation::{Failure, Point};
+use crate::setup::{CofactorChoice, Constraint};
+use crate::tensor::{Tensor, cofactor, cofactor_variation, contract, determinant};
+
+/// Configuration of a particle at the start of a conserving step.
+#[derive(Debug, Clone, Copy)]
+pub struct StepStart<const D: usize> {
+    deformation: Tensor<D>,
+    determinant: f64,
+    volume_ratio: f64,
+    /// `J/det F`, constant in time for the evolved cofactor; 1 for the geometric one.
+    ratio: f64,
+}
+
+/// `H*/ratio` at a mean configuration, with what its variation needs.
+struct Secant<const D: usize> {
+    end: Tensor<D>,
+    value: Tensor<D>,
+}
+
+fn secant<const D: usize>(start: &StepStart<D>, mean: &Tensor<D>) -> Secant<D> {
+    let end = mean * 2.0 - start.deformation;
+    let value = if D < 3 {
+        cofactor(mean)
+    } else {
+        let (core, scale) = cauchy_green_secant(start, &end);
+        mean * core * scale
+    };
+    Secant { end, value }
+}
+
+/// `cof C̄ + cof(ΔC)/12` and `2/(√det C₀ + √det C₁)`.
+fn cauchy_green_secant<const D: usize>(start: &StepStart<D>, end: &Tensor<D>) -> (Tensor<D>, f64) {
+    let c0 = start.deformation.transpose() * start.deformation;
+    let c1 = end.transpose() * end;
+    let core = cofactor(&((c0 + c1) * 0.5)) + cofactor(&(c1 - c0)) / 12.0;
+    (core, 2.0 / (start.determinant + determinant(end)))
+}
+
+impl<const D: usize> Model<D> {
+    /// The law of a conserving step at one particle: `point.deformation` is `F̄`.
+    pub(super) fn conserving_law(
+        &self,
+        a: usize,
+        start: &StepStart<D>,
+        shift: f64,
+        point: &mut Point<D>,
+    ) -> Result<(), Failure> {
+        let material = self.material(a);
+        let secant = secant(start, &point.deformation);
+        let det = determinant(&secant.end);
+        point.volume_ratio = start.volume_ratio + start.ratio * (det - start.determinant);
+        let needs_domain = material.needs_positive_volume() || D == 3 || start.ratio != 1.0;
+        if needs_domain && det <= 0.0 {
+            return Err(Failure::Determinant);
+        }
+        if material.needs_positive_volume() && point.volume_ratio <= 0.0 {
+            return Err(Failure::VolumeRatio);
+        }
+        point.pressure = -material.discrete_slope(start.volume_ratio, point.volume_ratio).0;
+        point.cofactor = secant.value * start.ratio;
+        point.rate = (point.volume_ratio - start.volume_ratio) / (2.0 * shift);
+        point.wave_speed = material.wave_speed();
+        if point.pressure.is_finite() && point.rate.is_finite() { Ok(()) } else { Err(Failure::NotFinite) }
+    }
+
+    /// `∂P*/∂F̄ : A`.
+    pub(super) fn conserving_variation(
+        &self,
+        a: usize,
+        start: &StepStart<D>,
+        point: &Point<D>,
+        direction: &Tensor<D>,
+    ) -> Tensor<D> {
+        let secant = secant(start, &point.deformation);
+        // δF₁ = 2 δF̄.
+        let end_variation = direction * 2.0;
+        let det_variation = contract(&cofactor(&secant.end), &end_variation);
+        let (slope, by_end) = self.material(a).discrete_slope(start.volume_ratio, point.volume_ratio);
+        let value_variation = if D < 3 {
+            cofactor_variation(&point.deformation, direction)
+        } else {
+            let (core, scale) = cauchy_green_secant(start, &secant.end);
+            let half = secant.end.transpose() * end_variation;
+            let c_variation = half + half.transpose();
+            let c0 = start.deformation.transpose() * start.deformation;
+            let c1 = secant.end.transpose() * secant.end;
+            let core_variation = cofactor_variation(&((c0 + c1) * 0.5), &c_variation) * 0.5
+                + cofactor_variation(&(c1 - c0), &c_variation) / 12.0;
+            let scale_variation = -0.5 * scale * scale * det_variation;
+            (direction * core + point.deformation * core_variation) * scale + point.deformation * core * scale_variation
+        };
+        (secant.value * (by_end * start.ratio * det_variation) + value_variation * slope) * start.ratio
+    }
+}
+
+impl<const D: usize> ConservingSystem for Model<D> {
+    fn begin_conserving(&mut self, t: f64, step: f64, from: &[f64]) {
+        let shift = 0.5 * step;
+        let n = self.particles();
+        // A stage at the mid-point, whose prescribed entries are means over the step.
+        self.begin_stage(t + shift, shift, from);
+        let mut end = from.to_vec();
+        self.impose(t + step, &mut end);
+        for (a, constraints) in self.setup.constraints.iter().enumerate() {
+            for (i, constraint) in constraints.iter().enumerate() {
+                if *constraint != Constraint::Free {
+                    let (u, v) = (a * D + i, (n + a) * D + i);
+                    self.stage.base[u] = 0.5 * (from[u] + end[u]);
+                    self.stage.base[v] = (end[u] - from[u]) / step;
+                }
+            }
+        }
+        let start = (0..n).map(|a| {
+            let deformation = Tensor::identity() + self.gradient.of(a, &from[..n * D]);
+            let determinant = determinant(&deformation);
+            let volume_ratio = from[2 * n * D + a];
+            let ratio = match self.cofactor_choice(a) {
+                CofactorChoice::Geometric => 1.0,
+                CofactorChoice::Evolved => volume_ratio / determinant,
+            };
+            StepStart { deformation, determinant, volume_ratio, ratio }
+        });
+        self.stage.start = start.collect();
+    }
+
+    fn extrapolated_start(&mut self, y: &mut [f64]) {
+        let base = std::mem::take(&mut self.stage.base);
+        self.start_from(&base, y);
+        self.stage.base = base;
+    }
+
+    fn resting_start(&mut self, y: &mut [f64]) {
+        y.fill(0.0);
+    }
+
+    fn finish_conserving(&mut self, y: &[f64], state: &mut [f64]) -> Result<(), EvaluationError> {
+        self.evaluate_stage(y)?;
+        let n = self.particles();
+        let (base, trial) = (&self.stage.base, &self.stage.trial);
+        for a in 0..n {
+            for i in (0..D).filter(|&i| self.unknowns.velocity(a, i).is_some()) {
+                let (u, v) = (a * D + i, (n + a) * D + i);
+                // Means are base + s v̄ and v̄; the end lies as far beyond them as the start before.
+                state[u] = 2.0 * trial[u] - base[u];
+                state[v] = 2.0 * trial[v] - base[v];
+            }
+            state[2 * n * D + a] = self.workspace.points[a].volume_ratio;
+        }
+        let end = self.stage.time + self.stage.shift;
+        self.impose(end, state);
+        Ok(())
+    }
+}
