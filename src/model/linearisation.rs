@@ -292,8 +292,16 @@ impl<const D: usize> Tangent for Model<D> {
         self.unknowns.count()
     }
 
+    /// The velocities of a linear scene have the tangent `M + s² Gᵀ V κ G + s C`, with the symmetric
+    /// damping C of D_v. In general the derivative of `J = J̃ + s H:L` through H, D_p and the
+    /// reconstruction are not symmetric.
     fn symmetry(&self) -> Symmetry {
-        Symmetry::General
+        let reconstructed = self.upwind.as_ref().is_some_and(|upwind| upwind.options.reconstructed);
+        if self.linear && self.structurally_linear() && self.unknowns.kind() == Unknowns::Velocity && !reconstructed {
+            Symmetry::PositiveDefinite
+        } else {
+            Symmetry::General
+        }
     }
 
     fn apply(&self, v: &[f64], out: &mut [f64]) {
