@@ -9,8 +9,8 @@
 //! ρ₊ ≤ C ρ²      with one C for the whole run, until ρ is rounding
 //! ```
 //!
-//! To bite: the same test applied to a tangent that is kept through a step (`newton.tangent =
-//! "modified"`), or that lacks one term, must fail; both are run, the first here.
+//! That the measure bites is shown by a tangent that is kept through a step (`newton.tangent =
+//! "modified"`): it converges linearly, and its `ρ₊/ρ²` is larger by nine orders and more.
 #![allow(clippy::print_stdout, reason = "the table is for people")]
 
 #[path = "support/trajectory.rs"]
