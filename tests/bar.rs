@@ -8,6 +8,8 @@
 //! monotonically, more for larger τ, less with reconstructed interface states, less under refinement
 //! (Figs 5.5–5.8), and the ledger closes to rounding.
 
+#![allow(clippy::print_stdout, reason = "the measured table is a result, shown by --nocapture")]
+
 mod support;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};

@@ -11,6 +11,8 @@
 //! 4. The default upwinding dissipates pair by pair: D_v and D_p take energy out of every pair of every
 //!    random state. The printed form (full stress jump, corrected gradient) does not.
 
+#![allow(clippy::print_stdout, reason = "the measured table is a result, shown by --nocapture")]
+
 mod support;
 
 use nicolson::discretisation::Gradient;

@@ -8,6 +8,8 @@
 //! 3. The two cofactors, cof F and J F⁻ᵀ with the evolved J, differ by O(Δt²) only, once J starts as
 //!    det F.
 
+#![allow(clippy::print_stdout, reason = "the measured table is a result, shown by --nocapture")]
+
 mod support;
 
 use nicolson::model::Noise;
@@ -108,7 +110,8 @@ fn the_velocity_system_is_refused_with_d_p() {
 fn linear_solvers_agree() {
     let krylov = [("linear.preconditioner", "ilu0"), ("linear.tolerance", "1e-13")];
     let (coarse, tau_p) = (("body.0.spacing", "0.5"), ("stabilisation.tau_p", "0.5"));
-    let scenes: [(&str, &str, &[(&str, &str)], &[&str]); 4] = [
+    type Row<'a> = (&'a str, &'a str, &'a [(&'a str, &'a str)], &'a [&'a str]);
+    let scenes: [Row<'_>; 4] = [
         ("impact, D_v", "impact-hyperelastic", &[("time.end", "0.25")], &["gmres", "bicgstab"]),
         ("impact, D_v and D_p", "impact-hyperelastic", &[("time.end", "0.25"), coarse, tau_p], &["gmres", "bicgstab"]),
         ("dam break", "dam-break", &[("time.end", "0.05")], &["gmres", "bicgstab"]),

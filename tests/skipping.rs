@@ -4,6 +4,8 @@
 //! factored. Linear equations at a constant step: one assembly, one analysis and one factorisation for
 //! the whole run. Nonlinear: one analysis for the whole run, one factorisation per Newton iteration.
 
+#![allow(clippy::print_stdout, reason = "the measured table is a result, shown by --nocapture")]
+
 mod support;
 
 use std::time::Duration;
@@ -105,7 +107,8 @@ fn counters_of_the_examples() {
         ("time.end", end)
     }
     let block_end = number(10.0 * 0.003_464_101_615_137_754_8);
-    let table: [(&str, &[(&str, &str)], usize, Counts); 12] = [
+    type Row<'a> = (&'a str, &'a [(&'a str, &'a str)], usize, Counts);
+    let table: [Row<'_>; 12] = [
         ("bar-smooth", &[], 40, [1265, 1265, 1, 1, 1265, 1]),
         ("bar-shock", &[], 79, [200, 200, 1, 1, 200, 1]),
         ("piston-elastic", &[], 110, [100, 100, 1, 1, 100, 1]),

@@ -13,6 +13,8 @@
 //! **piston-elastic**, 11², 21², 41²: order 0.5 with separate and 0.5 to 0.8 with single weights, and the
 //! errors of the prototype (formulation, section 2) within 1.5 %.
 
+#![allow(clippy::print_stdout, reason = "the measured table is a result, shown by --nocapture")]
+
 mod support;
 
 use support::scenes::{number, orders, prepared, report};

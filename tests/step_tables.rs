@@ -1,6 +1,8 @@
 //! Tables 5.1 and 6.2 of document 004: the explicit step limits `α_CFL d / c`, α_CFL = 0.3, of the
 //! refined bar and of the refined impact block, to the printed digits.
 
+#![allow(clippy::print_stdout, reason = "the measured table is a result, shown by --nocapture")]
+
 mod support;
 
 use support::scenes::{number, prepared, report};
