@@ -78,7 +78,10 @@ impl<const D: usize> Model<D> {
         let material = self.material(a);
         let secant = secant(start, &point.deformation);
         let det = determinant(&secant.end);
-        point.volume_ratio = start.volume_ratio + start.ratio * (det - start.determinant);
+        // F₁ − F₀ from the mean velocity, whose power the stress does: the difference of two determinants is
+        // the same number, but after large shear it has lost its digits, and the energy with them.
+        let increment = contract(&secant.value, &point.velocity_gradient) * (2.0 * shift);
+        point.volume_ratio = start.volume_ratio + start.ratio * increment;
         let needs_domain = material.needs_positive_volume() || D == 3 || start.ratio != 1.0;
         if needs_domain && det <= 0.0 {
             return Err(Failure::Determinant);

@@ -183,12 +183,18 @@ impl<const D: usize> Model<D> {
     }
 
     /// Size of the summands of a particle's residual before they cancel. The stress counts with its
-    /// modulus: a pressure near zero is itself a difference, `κ(1 − J)`.
+    /// modulus: a pressure near zero is itself a difference, `κ(1 − J)`. So is the increment of J, of products
+    /// of cofactor and velocity gradient, and the cofactor, of displacements: after large shear or far from
+    /// its place a body knows its forces with fewer digits.
     fn residual_scale(&self, a: usize, v: f64, base: f64) -> f64 {
         let point = &self.workspace.points[a];
         let material = self.material(a);
         let modulus = material.density() * material.wave_speed().powi(2);
-        let stress = (point.pressure.abs() + modulus) * self.setup.particles.volumes[a];
+        let moved = crate::tensor::vector_at::<D>(&self.stage.trial, a).norm();
+        let root = (D as f64).sqrt();
+        let cofactor = (point.cofactor.norm() / root).max(1.0 + self.reach[a] * moved / root);
+        let ratio = 1.0 + cofactor * self.stage.shift * point.velocity_gradient.norm();
+        let stress = (point.pressure.abs() + modulus * ratio) * cofactor * self.setup.particles.volumes[a];
         self.masses[a] * (v + base) + self.stage.shift * (stress * self.reach[a] + self.loads.on(a).norm())
     }
 

@@ -41,6 +41,7 @@ mod overrides;
 mod read;
 pub mod settings;
 mod source;
+mod times;
 
 use std::path::{Path, PathBuf};
 
@@ -101,7 +102,7 @@ impl Scene {
         let Some((document, effective)) = read::read(text, overrides, &mut findings) else {
             return Err(findings.finish().err().unwrap_or_default());
         };
-        let time = numerics::time(&document, &mut findings);
+        let time = times::time(&document, &mut findings);
         let newton = numerics::newton(&document, &mut findings);
         let linear = numerics::linear(&document, &mut findings);
         let output = numerics::output(&document, &mut findings);

@@ -1,100 +1,20 @@
 //! How a scene wants to be computed: time scheme, Newton's method, linear solver, output. Every field has one
 //! documented default; every number has been checked.
 
+mod time;
+
 use serde::Deserialize;
 
-/// The table `[time]`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TimeSettings {
-    /// Time at which the computation ends, s; positive.
-    pub end: f64,
-    /// Scheme; default [`Scheme::CrankNicolson`].
-    pub scheme: Scheme,
-    /// Step; default [`StepChoice::Cfl`]`(0.3)` for explicit schemes, none for implicit ones.
-    pub step: StepChoice,
-    /// Step below which the computation gives up, s; default none: the program's own.
-    pub minimum_step: Option<f64>,
-    /// Control of the step by an error estimate; default none.
-    pub adaptive: Option<Adaptive>,
-}
-
-/// The step size, or the first one if the step is adaptive.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum StepChoice {
-    /// In seconds; for [`Scheme::Static`] the increment of the pseudo-time.
-    Fixed(f64),
-    /// As a multiple of d_min / c_max, re-evaluated as the motion goes on.
-    Cfl(f64),
-}
-
-/// The table `time.adaptive`: the step follows the error estimate of the scheme.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Adaptive {
-    /// Key `tolerance`: error of a step relative to the size of each unknown; between 0 and 1.
-    pub relative_tolerance: f64,
-    /// Key `absolute`: error that never matters, in the unit of each unknown; default 0.
-    pub absolute_tolerance: f64,
-}
-
-/// Time schemes with what only they need.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Scheme {
-    /// Explicit, order 1.
-    ForwardEuler,
-    /// Explicit, order 2, two stages, total variation diminishing.
-    TvdRk2,
-    /// Explicit, order 3, three stages, total variation diminishing.
-    TvdRk3,
-    /// Explicit, order 4, the classical one.
-    Rk4,
-    /// Explicit, order 2, stabilised Runge–Kutta–Chebyshev.
-    Rkc,
-    /// Explicit, order 2, leap-frog for motion without dissipation.
-    VelocityVerlet,
-    /// Implicit, order 1, damps everything.
-    BackwardEuler,
-    /// Implicit, order 2, trapezoidal rule.
-    CrankNicolson,
-    /// Implicit, between the two above.
-    Theta {
-        /// Weight of the new time; 0.5 (Crank–Nicolson) to 1 (backward Euler); default 0.5.
-        theta: f64,
-    },
-    /// Implicit, order 2, mid-point rule.
-    Midpoint,
-    /// Implicit, order 2, two stages, strongly damping.
-    TrBdf2,
-    /// Implicit, order 3, singly diagonal.
-    Sdirk3,
-    /// Implicit, order 2, damps high frequencies as told.
-    GeneralisedAlpha {
-        /// Spectral radius at infinite frequency, 0 to 1; default 0.8.
-        spectral_radius: f64,
-    },
-    /// Implicit, order 2, mid-point rule with a discrete gradient: conserves energy exactly.
-    EnergyMomentum,
-    /// No inertia: equilibrium at every increment of a pseudo-time.
-    Static,
-}
-
-impl Scheme {
-    /// Whether a step needs no equations solved.
-    pub fn is_explicit(&self) -> bool {
-        matches!(self, Self::ForwardEuler | Self::TvdRk2 | Self::TvdRk3 | Self::Rk4 | Self::Rkc | Self::VelocityVerlet)
-    }
-
-    /// Whether the scheme estimates its error, which an adaptive step needs.
-    pub fn estimates_error(&self) -> bool {
-        matches!(self, Self::Rkc | Self::TrBdf2 | Self::Sdirk3)
-    }
-}
+pub use time::{Adaptive, Effort, RkcStages, Scheme, StepChoice, TimeSettings};
 
 /// The table `[newton]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewtonSettings {
-    /// Residual relative to the first one; default 1e-8.
+    /// Residual relative to the first one; default 1e-8, and 1e-12 for [`Scheme::EnergyMomentum`], whose energy
+    /// is as exact as its equations are solved.
     pub relative_tolerance: f64,
-    /// Residual relative to the size of its summands, where rounding ends all progress; default 1e-12.
+    /// Residual relative to the size of its summands; default 1e-12, and 1e-15 for [`Scheme::EnergyMomentum`]:
+    /// until rounding ends all progress.
     pub scale_tolerance: f64,
     /// Default 25.
     pub max_iterations: usize,
@@ -122,6 +42,17 @@ impl Default for NewtonSettings {
             unknowns: Unknowns::default(),
             declared_linear: None,
         }
+    }
+}
+
+impl NewtonSettings {
+    /// The defaults for a scheme.
+    pub fn of(scheme: Scheme) -> Self {
+        let mut settings = Self::default();
+        if scheme == Scheme::EnergyMomentum {
+            (settings.relative_tolerance, settings.scale_tolerance) = (1e-12, 1e-15);
+        }
+        settings
     }
 }
 

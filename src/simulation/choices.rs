@@ -2,7 +2,7 @@
 
 use nicolson_solvers::linear::{KrylovOptions, LinearSolverChoice, Preconditioner, PreconditionerMatrix};
 use nicolson_solvers::nonlinear::{Forcing, Globalisation, NewtonOptions, TangentPolicy};
-use nicolson_solvers::time::{Adaptive, RkcOptions, Scheme, StepControl};
+use nicolson_solvers::time::{Adaptive, Effort, RkcOptions, RkcStages, Scheme, StepControl};
 
 use super::RunError;
 use crate::model::{Model, Unknowns};
@@ -10,13 +10,18 @@ use crate::scene::Scene;
 use crate::scene::settings::{self, StepChoice, TimeSettings};
 
 /// The time scheme.
-pub fn scheme(time: &TimeSettings) -> Result<Scheme, RunError> {
+pub fn scheme<const D: usize>(time: &TimeSettings, model: &Model<D>) -> Result<Scheme, RunError> {
     Ok(match time.scheme {
         settings::Scheme::ForwardEuler => Scheme::ForwardEuler,
         settings::Scheme::TvdRk2 => Scheme::TvdRk2,
         settings::Scheme::TvdRk3 => Scheme::TvdRk3,
         settings::Scheme::Rk4 => Scheme::Rk4,
-        settings::Scheme::Rkc => Scheme::Rkc(RkcOptions::default()),
+        settings::Scheme::Rkc { stages: settings::RkcStages::SpectralRadius } => Scheme::Rkc(RkcOptions::default()),
+        settings::Scheme::Rkc { stages: settings::RkcStages::Courant } => {
+            let speed = (0..model.particles()).map(|a| model.material(a).wave_speed()).fold(0.0, f64::max);
+            let stages = RkcStages::Courant { frequency: speed / model.smallest_distance() };
+            Scheme::Rkc(RkcOptions { stages, ..RkcOptions::default() })
+        }
         settings::Scheme::VelocityVerlet => Scheme::VelocityVerlet,
         settings::Scheme::BackwardEuler => Scheme::BackwardEuler,
         settings::Scheme::CrankNicolson => Scheme::CrankNicolson,
@@ -105,15 +110,16 @@ pub fn linear(scene: &Scene) -> Result<LinearSolverChoice, RunError> {
     Ok(choice)
 }
 
-/// The rule for the step.
-pub fn control<const D: usize>(time: &TimeSettings, model: &Model<D>) -> StepControl {
+/// The rule for the step, of which `first` is the first.
+pub fn control<const D: usize>(time: &TimeSettings, first: f64, model: &Model<D>) -> StepControl {
+    let (smallest, largest) = (time.minimum_step.unwrap_or(0.0), time.maximum_step.unwrap_or(f64::INFINITY));
+    if let Some(settings::Effort { few, many, growth, cut }) = time.effort {
+        return StepControl::Effort(Effort { smallest, largest, few, many, growth, cut, ..Effort::new(first) });
+    }
     match (&time.adaptive, time.step) {
-        (Some(adaptive), step) => {
+        (Some(adaptive), _) => {
             let mut control = Adaptive::new(adaptive.relative_tolerance, adaptive.absolute_tolerance);
-            if let StepChoice::Fixed(first) = step {
-                control.first = Some(first);
-            }
-            control.smallest = time.minimum_step.unwrap_or(0.0);
+            (control.first, control.smallest, control.largest) = (Some(first), smallest, largest);
             // Entries of the state have different units: each is measured against its own natural size.
             let n = model.particles() * D;
             let size = |i: usize| match i / n {

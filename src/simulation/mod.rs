@@ -4,6 +4,7 @@
 //! an error of [`run`]; it ends the run with [`Status::Failed`], with everything computed so far on
 //! disk. An error of [`run`] means that nothing was computed, or that the disk refused.
 
+mod amplification;
 mod choices;
 mod comparison;
 mod frames;

@@ -1,9 +1,9 @@
 //! Everything between reading a scene and its first step; also what `nicolson check` predicts.
 
 use nicolson_solvers::nonlinear::NewtonSolver;
-use nicolson_solvers::time::{Retries, StageSystem, StepFailure, Stepper, System, TimeState};
+use nicolson_solvers::time::{Retries, Scheme, StageSystem, StepFailure, Stepper, System, TimeState};
 
-use super::{RunError, choices};
+use super::{RunError, amplification, choices};
 use crate::model::{CheckPoint, Model};
 use crate::scene::Scene;
 use crate::scene::settings::{self, StepChoice};
@@ -54,12 +54,12 @@ pub struct Forecast {
 pub fn prepare<const D: usize>(scene: &Scene) -> Result<Prepared<D>, RunError> {
     let (setup, mut warnings) = scene.setup::<D>()?;
     let time = &scene.time;
-    let scheme = choices::scheme(time)?;
     let cfl = match time.step {
         StepChoice::Cfl(factor) => Some(factor),
         StepChoice::Fixed(_) => None,
     };
     let mut model = Model::new(setup, choices::unknowns(scene.newton.unknowns), cfl)?;
+    let scheme = choices::scheme(time, &model)?;
     let values = model.initial_state()?;
     let explicit_step_limit = model.stable_step(0.0, &values);
     let newton = if scheme.is_implicit() {
@@ -79,9 +79,14 @@ pub fn prepare<const D: usize>(scene: &Scene) -> Result<Prepared<D>, RunError> {
             upwind.feeding_pairs()
         ));
     }
-    let control = choices::control(time, &model);
+    let step = first_step(time, explicit_step_limit);
+    if let Scheme::Rkc(options) = scheme {
+        warnings.extend(amplification::warning(&mut model, &values, options, step, time.end));
+    }
+    let control = choices::control(time, step, &model);
     let mut retries = Retries::default();
-    if let (Some(minimum), StepChoice::Fixed(step)) = (time.minimum_step, time.step) {
+    // A controlled step has its own bounds.
+    if let (Some(minimum), None, None) = (time.minimum_step, time.adaptive, time.effort) {
         retries.smallest_fraction = (minimum / step).min(1.0);
     }
     let stepper = Stepper::new(scheme, control, newton)

@@ -1,8 +1,9 @@
 //! When to stop.
 //!
-//! Only a residual can converge: `‖R‖ ≤ max(ε_r ‖R₀‖, ε_s S)` with the scale `S` of the summands of
+//! Only a residual can converge: `‖R‖ ≤ max(ε_r min(‖R₀‖, S), ε_s S)` with the scale `S` of the summands of
 //! `R`. The relative test alone would never end when the start is already exact, an absolute one
-//! stalls at round-off. A small step is no convergence; together with a residual small against `S` it
+//! stalls at round-off. Where the first residual is larger than the summands of the present one, the start
+//! was far astray (next to a singularity, say) and is no measure of anything. A small step is no convergence; together with a residual small against `S` it
 //! only tells that double precision can do no better.
 
 use super::options::NewtonOptions;
@@ -12,7 +13,7 @@ use super::sample::Sample;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Convergence {
-    /// `‖R‖ ≤ relative_tolerance ‖R₀‖`.
+    /// `‖R‖ ≤ relative_tolerance × min(‖R₀‖, scale)`.
     Relative,
     /// `‖R‖ ≤ scale_tolerance × scale`.
     Scale,
@@ -67,13 +68,18 @@ impl Criteria {
 
     /// The norm to reach.
     pub(super) fn target(&self, here: Sample) -> f64 {
-        (self.relative_tolerance * self.first).max(self.scale_tolerance * here.scale)
+        (self.relative_tolerance * self.reference(here)).max(self.scale_tolerance * here.scale)
+    }
+
+    /// The first residual, but no more than the summands of the present one (if their size is known).
+    fn reference(&self, here: Sample) -> f64 {
+        if here.scale > 0.0 { self.first.min(here.scale) } else { self.first }
     }
 
     pub(super) fn converged(&self, here: Sample) -> Option<Convergence> {
         if here.norm <= self.scale_tolerance * here.scale {
             Some(Convergence::Scale)
-        } else if here.norm <= self.relative_tolerance * self.first {
+        } else if here.norm <= self.relative_tolerance * self.reference(here) {
             Some(Convergence::Relative)
         } else {
             None
@@ -133,6 +139,15 @@ mod tests {
         assert_eq!(criteria.converged(at(3e-8, 10.0)), None);
         assert_eq!(criteria.converged(at(f64::NAN, 10.0)), None);
         assert_eq!(criteria.target(at(1.0, 1e5)), 1e-7);
+    }
+
+    #[test]
+    fn a_start_far_astray_does_not_loosen_the_test() {
+        let criteria = Criteria::new(&NewtonOptions::default(), at(1e9, 1e9));
+        assert_eq!(criteria.converged(at(1.0, 10.0)), None);
+        assert_eq!(criteria.converged(at(1e-7, 10.0)), Some(Convergence::Relative));
+        // Without a scale there is only the first residual.
+        assert_eq!(criteria.converged(at(1.0, 0.0)), Some(Convergence::Relative));
     }
 
     #[test]

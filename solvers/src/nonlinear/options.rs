@@ -40,7 +40,7 @@ pub enum Merit {
 /// Everything that [`NewtonSolver`](super::NewtonSolver) can be told.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewtonOptions {
-    /// Converged when `‖R‖ ≤ relative_tolerance ‖R₀‖`. Default 1e-8.
+    /// Converged when `‖R‖ ≤ relative_tolerance × min(‖R₀‖, scale)`, with the scale below. Default 1e-8.
     pub relative_tolerance: f64,
     /// Converged when `‖R‖ ≤ scale_tolerance × scale`, where the scale is the norm of the summands of
     /// `R` before they cancel. Default 1e-12.

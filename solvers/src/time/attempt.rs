@@ -95,7 +95,7 @@ impl Attempt<'_> {
     }
 
     /// Brings every vector to length (no allocation after the first step) and empties the end's memory.
-    fn prepare(&mut self) {
+    pub fn prepare(&mut self) {
         let n = self.start.values.len();
         let tools = &mut *self.tools;
         let vectors = tools.rates.iter_mut().chain(&mut tools.stages);

@@ -136,7 +136,8 @@ pub struct Retries {
     pub cut: f64,
     /// Factor by which a cut step grows back after every success.
     pub growth: f64,
-    /// Give up below this fraction of the step first proposed (of the nominal step, where there is one).
+    /// Give up below this fraction of the step first proposed (of the nominal step, where there is one);
+    /// 1 lets the first failure end the step.
     pub smallest_fraction: f64,
     /// Give up after this many failed tries of one step, whatever their cause.
     pub limit: usize,
@@ -205,6 +206,7 @@ impl Retries {
         shrinking("first cut", self.first_cut)?;
         shrinking("cut", self.cut)?;
         growing("growth after a cut", self.growth)?;
-        shrinking("smallest fraction", self.smallest_fraction)
+        let fraction = self.smallest_fraction;
+        demand(fraction > 0.0 && fraction <= 1.0, "smallest fraction", fraction, "above 0, at most 1")
     }
 }

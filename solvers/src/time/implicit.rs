@@ -1,8 +1,8 @@
-//! Implicit schemes of one stage: the θ-family, the mid-point rule, generalised-α; and the conserving step.
+//! Implicit schemes of one stage: the θ-family, the mid-point rule, generalised-α.
 
 use super::StepCause;
-use super::attempt::{Attempt, Estimate, Tools};
-use super::stage::{Guess, solve};
+use super::attempt::{Attempt, Estimate};
+use super::stage::Guess;
 
 impl Attempt<'_> {
     /// `u₁ = ũ + θΔt f(t₁, u₁)` with `ũ = u₀ + (1 − θ)Δt f₀`.
@@ -92,32 +92,6 @@ impl Attempt<'_> {
         for (r, f) in kept.iter_mut().zip(&self.tools.rates[0]) {
             *r += (f - *r) / alpha_m;
         }
-        Ok(Estimate::None)
-    }
-
-    /// The step of a [`ConservingSystem`](super::ConservingSystem), from the extrapolated start and, if
-    /// Newton's method fails from there, from the resting one. No embedded estimate.
-    pub fn energy_momentum(&mut self) -> Result<Estimate, StepCause> {
-        let Tools { newton, unknowns, first_unknowns, counts, .. } = &mut *self.tools;
-        let newton = newton.as_mut().ok_or(StepCause::Capability("and a Newton solver"))?;
-        let needs = StepCause::Capability("with a discrete energy to conserve");
-        let system = self.system.conserving().ok_or(needs)?;
-        system.begin_conserving(self.start.time, self.span.step, &self.start.values);
-        unknowns.resize(system.unknowns(), 0.0);
-        system.extrapolated_start(unknowns);
-        first_unknowns.clone_from(unknowns);
-        if let Err(cause) = solve(newton, system, unknowns, counts) {
-            if !cause.is_curable() {
-                return Err(cause);
-            }
-            system.resting_start(unknowns);
-            if unknowns == first_unknowns {
-                return Err(cause);
-            }
-            solve(newton, system, unknowns, counts)?;
-        }
-        system.finish_conserving(unknowns, &mut self.end.values)?;
-        self.system.impose(self.span.end, &mut self.end.values);
         Ok(Estimate::None)
     }
 }

@@ -11,6 +11,7 @@
 //! What this layer does not do: events, dense output, multi-step methods, splitting.
 
 mod attempt;
+mod conserving;
 mod control;
 mod diagonal;
 mod explicit;
@@ -141,7 +142,8 @@ pub trait StageSystem: System + NonlinearProblem {
 /// A system with an energy that a discrete-gradient mid-point step can conserve exactly.
 ///
 /// Order of calls: [`begin_conserving`](Self::begin_conserving); one of the starts; Newton on the
-/// problem that the system itself now is; [`finish_conserving`](Self::finish_conserving).
+/// problem that the system itself now is; [`finish_conserving`](Self::finish_conserving). A step that proves
+/// hard is begun several times.
 pub trait ConservingSystem: StageSystem {
     /// Fixes the step from `(t, from)` to `t + step`.
     fn begin_conserving(&mut self, t: f64, step: f64, from: &[f64]);
@@ -152,6 +154,14 @@ pub trait ConservingSystem: StageSystem {
     /// Writes the start `v₁ = −v₀`, whose end configuration is that of the start of the step and which
     /// is therefore always admissible.
     fn resting_start(&mut self, y: &mut [f64]);
+
+    /// Turns the solution of a shorter step, `fraction` of the present one, into a start with the same end
+    /// configuration. The default is for unknowns that are mean velocities.
+    fn continued_start(&mut self, fraction: f64, y: &mut [f64]) {
+        for y in y {
+            *y *= fraction;
+        }
+    }
 
     /// Expands the solution to the state at the end of the step.
     ///

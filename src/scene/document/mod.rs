@@ -16,8 +16,8 @@ pub(in crate::scene) use conditions::{
     AxisName, BoundaryText, ExactText, HydrostaticText, InitialText, ProbeMode, ProbeText, SelectText, TractionText,
 };
 pub(in crate::scene) use numerics::{
-    GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText, SchemeText,
-    StabilisationText, TimeText, WaveSpeedText,
+    AdaptiveText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText,
+    SchemeText, StabilisationText, TimeText, WaveSpeedText,
 };
 pub(in crate::scene) use value::{Field, FieldList, Number, Text, Vector};
 

@@ -5,7 +5,7 @@ use toml::Spanned;
 
 use super::Number;
 use crate::scene::settings::{
-    Forcing, LineSearch, OutputField, PreconditionerChoice, SolverChoice, TangentPolicy, Unknowns,
+    Forcing, LineSearch, OutputField, PreconditionerChoice, RkcStages, SolverChoice, TangentPolicy, Unknowns,
 };
 
 #[derive(Debug, Clone, Deserialize)]
@@ -64,8 +64,11 @@ pub(in crate::scene) struct TimeText {
     pub scheme: Option<Spanned<SchemeText>>,
     pub theta: Option<Number>,
     pub spectral_radius: Option<Number>,
+    pub rkc_stages: Option<Spanned<RkcStages>>,
     pub minimum_step: Option<Number>,
+    pub maximum_step: Option<Number>,
     pub adaptive: Option<Spanned<AdaptiveText>>,
+    pub effort: Option<Spanned<EffortText>>,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
@@ -94,6 +97,15 @@ pub(in crate::scene) enum SchemeText {
 pub(in crate::scene) struct AdaptiveText {
     pub tolerance: Number,
     pub absolute: Option<Number>,
+}
+
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table such as `{ few = 4, many = 10 }`")]
+pub(in crate::scene) struct EffortText {
+    pub few: Option<Spanned<u64>>,
+    pub many: Option<Spanned<u64>>,
+    pub growth: Option<Number>,
+    pub cut: Option<Number>,
 }
 
 #[derive(Debug, Clone, Default, Deserialize)]

@@ -1,7 +1,7 @@
 //! Dominant eigenvalue of `∂f/∂u` by a power iteration on differences of the rate.
 
-use super::super::attempt::{Attempt, Tools, evaluate};
-use super::super::{RatePart, StepCause};
+use super::super::attempt::{Attempt, Span, Tools, evaluate};
+use super::super::{RatePart, StepCause, System, TimeState};
 use crate::EvaluationError;
 use crate::vector::{dot, norm};
 
@@ -78,6 +78,31 @@ impl Growth {
 
 fn close(a: f64, b: f64) -> bool {
     (a - b).abs() <= TOLERANCE * a
+}
+
+impl DominantEigenvalue {
+    /// Finds it for the system linearised at `(t, u)`, in at most 60 evaluations of its rate. Converges from
+    /// below; where the spectrum is dense at its end it is some per cent too low.
+    ///
+    /// # Errors
+    /// If the rate cannot be evaluated there.
+    pub fn of(system: &mut dyn System, t: f64, u: &[f64]) -> Result<Self, StepCause> {
+        if u.len() != system.len() {
+            return Err(StepCause::WrongLength { expected: system.len(), found: u.len() });
+        }
+        let (mut start, mut end) = (TimeState::new(t, u.to_vec()), TimeState::default());
+        let mut attempt = Attempt {
+            system,
+            tools: &mut Tools::default(),
+            start: &mut start,
+            end: &mut end,
+            span: Span { step: 0.0, end: t },
+            wants_estimate: false,
+        };
+        attempt.prepare();
+        attempt.know_start_rate()?;
+        attempt.dominant_eigenvalue()
+    }
 }
 
 impl Attempt<'_> {
