@@ -22,6 +22,7 @@ pub fn complain(message: &str) {
 /// Progress and summary of a run: a bar on a terminal, a plain line every few seconds elsewhere.
 pub struct Console {
     quiet: bool,
+    shows_progress: bool,
     directory: Option<PathBuf>,
     bar: Option<ProgressBar>,
     start: Instant,
@@ -31,7 +32,12 @@ pub struct Console {
 impl Console {
     /// A console; `quiet` prints errors only.
     pub fn new(quiet: bool, directory: Option<PathBuf>) -> Self {
-        Self { quiet, directory, bar: None, start: Instant::now(), last: Instant::now() }
+        Self { quiet, shows_progress: true, directory, bar: None, start: Instant::now(), last: Instant::now() }
+    }
+
+    /// Neither a bar nor progress lines: something else tells of every step.
+    pub fn leave_progress_out(&mut self) {
+        self.shows_progress = false;
     }
 
     fn line(progress: &Progress<'_>, elapsed: Duration) -> String {
@@ -62,7 +68,7 @@ impl Monitor for Console {
             "{}: {} particles{unknowns}, {} to t = {} s (explicit limit Δt = {:.3e} s)",
             plan.title, plan.particles, plan.scheme, plan.end, plan.explicit_step_limit
         );
-        if std::io::stderr().is_terminal() {
+        if self.shows_progress && std::io::stderr().is_terminal() {
             let bar = ProgressBar::new(1000);
             if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {
                 bar.set_style(style);
@@ -73,7 +79,7 @@ impl Monitor for Console {
     }
 
     fn stepped(&mut self, progress: &Progress<'_>) {
-        if self.quiet {
+        if self.quiet || !self.shows_progress {
             return;
         }
         match &self.bar {
@@ -91,7 +97,7 @@ impl Monitor for Console {
     }
 
     fn failed(&mut self, failure: &StepFailure) {
-        if !self.quiet {
+        if !self.quiet && self.shows_progress {
             for tried in failure.tries.iter().take(3) {
                 eprintln!("rejected Δt = {:.3e} s: {}", tried.step, tried.cause);
             }

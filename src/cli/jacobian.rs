@@ -1,13 +1,16 @@
 //! `nicolson jacobian`: the table of Taylor remainders of a scene, and its comparison with differences.
 #![allow(clippy::print_stdout, reason = "this is the command line's output")]
 
+use std::path::Path;
+
+use nicolson_solvers::linear::SparseMatrix;
 use serde_json::{Value, json};
 
 use super::console::complain;
 use super::{DONE, FAILED, report_error};
 use crate::model::{DifferenceReport, TaylorReport};
 use crate::scene::Scene;
-use crate::simulation::{RunError, prepare};
+use crate::simulation::{RunError, first_tangent, prepare};
 
 /// Perturbations of Table 6.1.
 const EPSILONS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
@@ -15,8 +18,23 @@ const EPSILONS: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 /// Differences cost evaluations of the whole residual; above this size only the Taylor test runs.
 const MOST_PARTICLES_FOR_DIFFERENCES: usize = 20_000;
 
-/// Prints the tables; exit code 3 if a derivative is wrong.
-pub fn jacobian(scene: &Scene, as_json: bool) -> u8 {
+/// Prints the tables; exit code 3 if a derivative is wrong, or if the disk refuses the exported tangent.
+pub fn jacobian(scene: &Scene, as_json: bool, export: Option<&Path>) -> u8 {
+    if let Some(path) = export {
+        let matrix = match scene.dimension() {
+            1 => tangent::<1>(scene),
+            2 => tangent::<2>(scene),
+            _ => tangent::<3>(scene),
+        };
+        match matrix.map(|matrix| matrix.write_matrix_market(path)) {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => {
+                complain(&format!("--export-tangent {}: {error}", path.display()));
+                return FAILED;
+            }
+            Err(error) => return report_error(&error),
+        }
+    }
     let result = match scene.dimension() {
         1 => tables::<1>(scene),
         2 => tables::<2>(scene),
@@ -42,6 +60,10 @@ pub fn jacobian(scene: &Scene, as_json: bool) -> u8 {
 }
 
 type Tables = (Vec<TaylorReport>, Option<DifferenceReport>);
+
+fn tangent<const D: usize>(scene: &Scene) -> Result<SparseMatrix, RunError> {
+    first_tangent(&mut prepare::<D>(scene)?)
+}
 
 fn tables<const D: usize>(scene: &Scene) -> Result<Tables, RunError> {
     let mut prepared = prepare::<D>(scene)?;

@@ -7,19 +7,17 @@ mod check;
 mod console;
 mod jacobian;
 mod list;
+mod run;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args, Parser, Subcommand};
 
-use console::{Console, complain};
+use console::complain;
 
-use crate::output::Status;
 use crate::scene::Scene;
-use crate::simulation::{self, RunError, RunOptions};
+use crate::simulation::{RunError, RunOptions};
 
 /// Everything was done.
 pub const DONE: u8 = 0;
@@ -50,6 +48,12 @@ enum Command {
         /// No progress, no summary: only errors.
         #[arg(long)]
         quiet: bool,
+        /// Print a line per step: iterations, contraction, line search, factorisations and rejections by cause.
+        #[arg(long)]
+        solve_report: bool,
+        /// Write the full history of every solve to a file, as one JSON object per line.
+        #[arg(long, value_name = "FILE.jsonl")]
+        solve_log: Option<PathBuf>,
     },
     /// Validate a scene and predict its cost; runs nothing.
     Check {
@@ -63,6 +67,9 @@ enum Command {
         /// Print JSON.
         #[arg(long)]
         json: bool,
+        /// Also write the tangent at the start of the first step, in the Matrix Market format.
+        #[arg(long, value_name = "FILE.mtx")]
+        export_tangent: Option<PathBuf>,
     },
     /// List schemes, solvers, laws and kernels, and the scenes of a directory.
     List {
@@ -98,12 +105,15 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     };
     let command: Vec<String> = arguments.iter().map(|a| a.to_string_lossy().into_owned()).collect();
     match parsed.command {
-        Command::Run { scene, out, quiet } => on_scene(&scene, |loaded| {
+        Command::Run { scene, out, quiet, solve_report, solve_log } => on_scene(&scene, |loaded| {
             let directory = out.unwrap_or_else(|| default_directory(&scene.scene));
-            run_scene(loaded, RunOptions { directory: Some(directory), command: command.join(" ") }, quiet)
+            let options = RunOptions { directory: Some(directory), command: command.join(" ") };
+            run::run_scene(loaded, &options, run::Listening { quiet, solve_report, solve_log })
         }),
         Command::Check { scene } => on_scene(&scene, check::check),
-        Command::Jacobian { scene, json } => on_scene(&scene, |loaded| jacobian::jacobian(loaded, json)),
+        Command::Jacobian { scene, json, export_tangent } => {
+            on_scene(&scene, |loaded| jacobian::jacobian(loaded, json, export_tangent.as_deref()))
+        }
         Command::List { directory } => list::list(&directory),
     }
 }
@@ -143,22 +153,6 @@ fn on_scene(arguments: &SceneArguments, then: impl FnOnce(&Scene) -> u8 + Send) 
 /// `results/NAME` for `path/to/NAME.toml`.
 fn default_directory(scene: &std::path::Path) -> PathBuf {
     PathBuf::from("results").join(scene.file_stem().unwrap_or_default())
-}
-
-fn run_scene(scene: &Scene, options: RunOptions, quiet: bool) -> u8 {
-    let interrupt = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupt);
-    // A second handler (in tests, which share a process) is refused; the first one serves.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
-    let mut console = Console::new(quiet, options.directory.clone());
-    match simulation::run(scene, &options, &mut console, &interrupt) {
-        Ok(outcome) => match outcome.report.status {
-            Status::Completed => DONE,
-            Status::Interrupted => INTERRUPTED,
-            Status::Failed => FAILED,
-        },
-        Err(error) => report_error(&error),
-    }
 }
 
 /// Prints an error and returns its exit code.

@@ -119,6 +119,11 @@ impl<const D: usize> Model<D> {
         if entry < 2 * n * D { (entry % (n * D)) / D } else { entry - 2 * n * D }
     }
 
+    /// Unknowns at which the posed stage was evaluated last.
+    pub(crate) fn present_unknowns(&self) -> &[f64] {
+        &self.stage.evaluated
+    }
+
     /// Unknown of J per unit of J, m/s: the wave speed at rest.
     pub(super) fn volume_unit(&self, a: usize) -> f64 {
         self.material(a).wave_speed()

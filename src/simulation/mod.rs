@@ -7,11 +7,13 @@
 mod amplification;
 mod choices;
 mod comparison;
+pub mod diagnostics;
 mod frames;
 mod ledger;
 mod prepare;
 mod probes;
 mod recorder;
+mod tangent;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,6 +27,7 @@ pub use ledger::{Entry, Ledger, Summary};
 pub use prepare::{Forecast, Prepared, prepare};
 pub use probes::Gauge;
 use recorder::Recorder;
+pub use tangent::first_tangent;
 
 use crate::model::ModelError;
 use crate::output::{OutputError, Report, Status};

@@ -22,6 +22,17 @@ pub enum Convergence {
     PrecisionLimit,
 }
 
+impl Convergence {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Relative => "relative",
+            Self::Scale => "scale",
+            Self::PrecisionLimit => "precision limit",
+        }
+    }
+}
+
 /// Why a solve will not converge with the tangents it has had.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Trouble {

@@ -186,6 +186,24 @@ pub enum NewtonCause {
     Stopped,
 }
 
+impl NewtonCause {
+    /// The kind of cause in words, without figures.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::IterationLimit { .. } => "iteration limit",
+            Self::Stagnation { .. } => "stagnation",
+            Self::Divergence { .. } => "divergence",
+            Self::LineSearch { .. } => "line search",
+            Self::LinearSolve(_) => "linear solve",
+            Self::Domain { .. } => "domain",
+            Self::WrongLength { .. } => "wrong length",
+            Self::Options(_) => "options",
+            Self::Unsupported { .. } => "unsupported",
+            Self::Stopped => "stopped",
+        }
+    }
+}
+
 /// An unknown whose equation is far from satisfied.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorstUnknown {

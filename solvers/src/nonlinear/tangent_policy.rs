@@ -113,6 +113,23 @@ impl TangentCause {
         Self::Stagnation,
         Self::IterationLimit,
     ];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::First => "first",
+            Self::EveryIteration => "every iteration",
+            Self::NewStep => "new step",
+            Self::Age => "age",
+            Self::SlowContraction => "slow contraction",
+            Self::Increase => "increase",
+            Self::LineSearch => "line search",
+            Self::Domain => "domain",
+            Self::LinearSolve => "linear solve",
+            Self::Stagnation => "stagnation",
+            Self::IterationLimit => "iteration limit",
+        }
+    }
 }
 
 /// Factorisations counted by cause.

@@ -2,7 +2,7 @@
 
 use super::{RatePart, RkcCoefficients, Scheme, StepCause, System, TimeState};
 use crate::EvaluationError;
-use crate::nonlinear::{NewtonReport, NewtonSolver};
+use crate::nonlinear::{NewtonFailure, NewtonReport, NewtonSolver};
 use crate::vector::first_not_finite;
 
 /// What lives from step to step: Newton's method and the work vectors.
@@ -31,6 +31,10 @@ pub(super) struct Counts {
     pub partial_evaluations: usize,
     pub newton_iterations: usize,
     pub newton: Vec<NewtonReport>,
+    /// Solves of the present try that failed; another start may have saved it.
+    pub failed_solves: Vec<NewtonFailure>,
+    /// Solves that only served to find a start.
+    pub auxiliary_solves: usize,
 }
 
 /// Where a step leads.

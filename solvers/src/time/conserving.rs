@@ -66,17 +66,17 @@ impl ConservingStep<'_> {
         if !cause.is_curable() {
             return Err(cause);
         }
-        let reports = self.counts.newton.len();
+        let (reports, failures) = (self.counts.newton.len(), self.counts.failed_solves.len());
         let continued = self.continuation(span.step, y, kept);
         // The solves on the way are work, but no part of the step.
-        let last = self.counts.newton.pop();
-        self.counts.newton.truncate(reports);
+        let mut solves = self.counts.newton.split_off(reports);
+        self.counts.auxiliary_solves += solves.len() + (self.counts.failed_solves.len() - failures);
+        self.counts.failed_solves.truncate(failures);
         if continued {
-            self.counts.newton.extend(last);
-            Ok(())
-        } else {
-            Err(cause)
+            self.counts.auxiliary_solves -= 1;
+            self.counts.newton.extend(solves.pop());
         }
+        if continued { Ok(()) } else { Err(cause) }
     }
 
     /// Follows the solution from a short step to the full one; `y` is the solution if it gets there.

@@ -30,6 +30,12 @@ pub struct StepReport {
     pub stages: Option<usize>,
     /// Reports of its Newton solves, failed tries excluded.
     pub newton: Vec<NewtonReport>,
+    /// Newton solves of the accepted try that failed from one start and succeeded from another.
+    pub failed_solves: Vec<NewtonFailure>,
+    /// Newton solves for shorter steps that only served to find a start for this one.
+    pub auxiliary_solves: usize,
+    /// The failed or rejected tries, in order.
+    pub tries: Vec<FailedTry>,
 }
 
 /// Number of tries that failed or were rejected, by cause.
@@ -51,6 +57,19 @@ impl Rejections {
     /// All of them.
     pub fn total(&self) -> usize {
         self.evaluation + self.newton + self.not_finite + self.error + self.stages
+    }
+
+    /// Every cause that occurred, in words, with its count.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, usize)> + use<> {
+        let Self { evaluation, newton, not_finite, error, stages } = *self;
+        let all = [
+            ("evaluation", evaluation),
+            ("newton", newton),
+            ("not finite", not_finite),
+            ("error estimate", error),
+            ("stages", stages),
+        ];
+        all.into_iter().filter(|(_, count)| *count > 0)
     }
 
     pub(super) fn count(&mut self, cause: &StepCause) {
@@ -181,6 +200,23 @@ pub enum StepCause {
 }
 
 impl StepCause {
+    /// The kind of cause in words, without figures.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Evaluation(_) => "evaluation",
+            Self::Newton(_) => "newton",
+            Self::NotFinite { .. } => "not finite",
+            Self::ErrorTooLarge { .. } => "error estimate",
+            Self::StageLimit { .. } => "stages",
+            Self::Vanishing => "vanishing",
+            Self::StepNotPositive { .. } => "step not positive",
+            Self::Target { .. } => "target",
+            Self::WrongLength { .. } => "wrong length",
+            Self::StartNotFinite { .. } => "start not finite",
+            Self::Capability(_) => "capability",
+        }
+    }
+
     /// Whether a shorter step may help.
     pub fn is_curable(&self) -> bool {
         match self {

@@ -83,6 +83,7 @@ pub(super) fn solve(
         }
         Err(failure) => {
             counts.newton_iterations += failure.work.iterations;
+            counts.failed_solves.push((*failure).clone());
             Err(StepCause::Newton(failure))
         }
     }

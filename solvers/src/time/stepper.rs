@@ -136,6 +136,9 @@ impl Stepper {
                     error_estimate,
                     stages: matches!(self.scheme, Scheme::Rkc(_)).then_some(self.tools.chebyshev.stages),
                     newton: counts.newton,
+                    failed_solves: counts.failed_solves,
+                    auxiliary_solves: counts.auxiliary_solves,
+                    tries,
                 })
             }
             None => {
@@ -243,7 +246,10 @@ impl Stepper {
 
     /// One try, from `begin` to `end`.
     fn attempt(&mut self, system: &mut dyn System, span: Span) -> Result<Judged, StepCause> {
-        self.tools.counts.newton.clear();
+        let counts = &mut self.tools.counts;
+        counts.newton.clear();
+        counts.failed_solves.clear();
+        counts.auxiliary_solves = 0;
         let Self { scheme, control, tools, begin, end, full, middle, .. } = self;
         let StepControl::Adaptive(adaptive) = control else {
             Attempt { system, tools, start: begin, end, span, wants_estimate: false }.run(*scheme)?;
