@@ -134,7 +134,8 @@ pub enum KernelChoice {
 /// Origin of the gradient weights (formulation, section 2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WeightChoice {
-    /// Equal weights in the kernel sums, quadrature volumes in the weak form: second order in 1D.
+    /// Equal weights in the kernel sums, quadrature volumes in the weak form: second order in 1D with a
+    /// smoothing of 1 spacing, first order at 1.2.
     Separate,
     /// One array for both, as in document 004: first order.
     Single,

@@ -113,6 +113,16 @@ fn action_agrees_with_entries<const D: usize>(model: &mut Model<D>, y: &[f64], w
     model.tangent().apply(&v, &mut action);
     matrix.apply(&v, &mut product);
     let scale = product.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    // The one-ring part holds some of the same entries, and no others.
+    let sparser = model.tangent().sparser().expect("one-ring part");
+    let pattern = sparser.pattern().expect("entries").clone();
+    let mut near = vec![0.0; pattern.entries()];
+    sparser.fill(&mut near);
+    for row in 0..pattern.size() {
+        for (entry, column) in pattern.row(row).iter().enumerate() {
+            assert_eq!(near[pattern.offsets()[row] + entry], matrix.get(row, *column), "{what}");
+        }
+    }
     for (a, p) in action.iter().zip(&product) {
         assert!((a - p).abs() < 1e-12 * scale, "{what}: action {a} against entries {p}");
     }

@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | [`linear`] | a [`Tangent`](linear::Tangent): an action, and perhaps entries on a fixed pattern | [`LinearSolver`](linear::LinearSolver) |
 //! | [`nonlinear`] | a [`NonlinearProblem`](nonlinear::NonlinearProblem): residual and tangent; no time | [`NewtonSolver`](nonlinear::NewtonSolver) |
-//! | [`time`] | a [`System`](time::System) `u' = f(t, u)`, or a [`StageSystem`](time::StageSystem) that can pose `u = ũ + s f(t, u)` | [`time`] schemes |
+//! | [`time`] | a [`System`](time::System) `u' = f(t, u)`; a [`StageSystem`](time::StageSystem) that can pose `u = ũ + s f(t, u)`; a [`ConservingSystem`](time::ConservingSystem) that has an energy | [`Stepper`](time::Stepper) by a [`Scheme`](time::Scheme) |
 //!
 //! Rules that hold everywhere: a numerical failure is a value that carries its cause and history, it
 //! never panics and never leaves NaN behind; the library prints nothing; the same bits come out for

@@ -57,11 +57,11 @@ impl Console {
 
 impl Monitor for Console {
     fn started(&mut self, plan: &Plan<'_>) {
-        for warning in plan.warnings {
-            eprintln!("warning: {warning}");
-        }
         if self.quiet {
             return;
+        }
+        for warning in plan.warnings {
+            eprintln!("warning: {warning}");
         }
         let unknowns = if plan.unknowns > 0 { format!(", {} unknowns", plan.unknowns) } else { String::new() };
         eprintln!(

@@ -1,6 +1,6 @@
 //! From a cloud of particles to the one table that the equations need.
 //!
-//! [`Neighbourhood`] finds, once per run, who interacts with whom; [`gradient`] turns kernel and
+//! [`Neighbourhood`] finds, once per run, who interacts with whom; `gradient` turns kernel and
 //! volumes into gradient weights `g_ab`, such that for any field
 //!
 //! ```text

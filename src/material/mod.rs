@@ -5,7 +5,7 @@
 //! H. Printed (3.12) of document 004 has the opposite sign of p next to "negative is compression";
 //! everywhere else compression is positive, as here.
 //!
-//! To add a law: one file with the five functions, one arm in [`Material`], one in
+//! To add a law: one file with its functions of J, one arm in [`Material`], one in
 //! [`MaterialChoice`], one row in the shared test table below.
 
 mod hyperelastic_volumetric;

@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use nicolson_solvers::linear::{SparseMatrix, SparsePattern, Tangent};
+use nicolson_solvers::linear::{SparseMatrix, SparsePattern, Symmetry, Tangent};
 
 use super::{Model, Unknowns};
 use crate::discretisation::Neighbourhood;
@@ -45,6 +45,36 @@ impl Slots {
     /// Position of a neighbour of `a` in a's ring.
     fn position(&self, a: usize, neighbour: usize) -> usize {
         self.ring(a).partition_point(|&e| (e as usize) < neighbour)
+    }
+}
+
+/// The part of the tangent that couples direct neighbours only: the other entries are dropped, which
+/// makes a far better preconditioner than lumping them onto the diagonal.
+#[derive(Debug, Clone)]
+pub struct OneRing {
+    pattern: Arc<SparsePattern>,
+    matrix: SparseMatrix,
+}
+
+impl Tangent for OneRing {
+    fn size(&self) -> usize {
+        self.pattern.size()
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::General
+    }
+
+    fn apply(&self, v: &[f64], out: &mut [f64]) {
+        self.matrix.apply(v, out);
+    }
+
+    fn pattern(&self) -> Option<&Arc<SparsePattern>> {
+        Some(&self.pattern)
+    }
+
+    fn fill(&self, values: &mut [f64]) {
+        values.copy_from_slice(self.matrix.values());
     }
 }
 
@@ -106,14 +136,7 @@ impl<const D: usize> Model<D> {
                 slot_starts.push(slots.len());
                 slots.extend(walk(&ring, neighbourhood, c as usize));
             }
-            let row: Vec<usize> = ring.iter().flat_map(|&e| self.unknowns.of(e as usize)).collect();
-            for unknown in self.unknowns.of(a) {
-                match self.displacement_row(a, unknown) {
-                    Some(velocity) => columns.extend([velocity, unknown]),
-                    None => columns.extend_from_slice(&row),
-                }
-                offsets.push(columns.len());
-            }
+            self.push_rows(a, &ring, &mut offsets, &mut columns);
             values.push(columns.len());
             rings.extend_from_slice(&ring);
             ring_starts.push(rings.len());
@@ -139,6 +162,48 @@ impl<const D: usize> Model<D> {
         let mut matrix = SparseMatrix::zeros(self.slots().pattern());
         self.fill(matrix.values_mut());
         matrix
+    }
+
+    /// The one-ring part of the tangent at the last linearised point. Only its own entries are ever
+    /// stored, so it serves the matrix-free path where the whole tangent would not fit.
+    pub(super) fn one_ring(&self) -> OneRing {
+        let (slots, neighbourhood) = (self.slots(), &self.gradient.neighbourhood);
+        let pattern = self.linearisation.one_ring_pattern.get_or_init(|| Arc::new(self.one_ring_pattern()));
+        let mut values = vec![0.0; pattern.entries()];
+        let mut blocks = Vec::new();
+        let mut rest = &mut values[..];
+        for a in 0..self.particles() {
+            let unknowns = self.unknowns.of(a);
+            let (own, tail) = rest.split_at_mut(pattern.offsets()[unknowns.end] - pattern.offsets()[unknowns.start]);
+            rest = tail;
+            blocks.clear();
+            blocks.resize(slots.ring(a).len(), Block::<D>::zero());
+            self.row_blocks(a, slots, &mut blocks);
+            let near: Vec<Block<D>> =
+                neighbourhood.of(a).iter().map(|&e| blocks[slots.position(a, e as usize)]).collect();
+            self.write_rows(a, neighbourhood.of(a), &near, own);
+        }
+        OneRing { pattern: Arc::clone(pattern), matrix: SparseMatrix::new(pattern, values) }
+    }
+
+    fn one_ring_pattern(&self) -> SparsePattern {
+        let (mut offsets, mut columns) = (vec![0], Vec::new());
+        for a in 0..self.particles() {
+            self.push_rows(a, self.gradient.neighbourhood.of(a), &mut offsets, &mut columns);
+        }
+        SparsePattern::new(offsets, columns)
+    }
+
+    /// Appends the rows of particle `a`, which couples to the given particles.
+    fn push_rows(&self, a: usize, coupled: &[u32], offsets: &mut Vec<usize>, columns: &mut Vec<usize>) {
+        let row: Vec<usize> = coupled.iter().flat_map(|&e| self.unknowns.of(e as usize)).collect();
+        for unknown in self.unknowns.of(a) {
+            match self.displacement_row(a, unknown) {
+                Some(velocity) => columns.extend([velocity, unknown]),
+                None => columns.extend_from_slice(&row),
+            }
+            offsets.push(columns.len());
+        }
     }
 
     /// Writes all entries.

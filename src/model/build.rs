@@ -147,7 +147,7 @@ impl<const D: usize> Model<D> {
     /// one dimension, or with all but one direction of motion held still everywhere (H is then
     /// constant along the motion), and no upwinding along a direction that turns or with a speed that
     /// changes.
-    fn structurally_linear(&self) -> bool {
+    pub(super) fn structurally_linear(&self) -> bool {
         let laws =
             self.materials.iter().all(|(law, cofactor)| law.is_linear() && *cofactor == CofactorChoice::Geometric);
         if !laws {

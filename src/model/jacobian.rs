@@ -115,6 +115,7 @@ impl Noise {
     }
 
     /// The next number (splitmix64).
+    #[expect(clippy::should_implement_trait, reason = "an iterator would have to promise an end that never comes")]
     pub fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -202,8 +203,8 @@ impl<const D: usize> Model<D> {
         self.pose(at);
         let outcome = self.taylor_selected(at, term, epsilons, seed);
         (self.terms, self.linear) = kept;
-        self.linearisation.particles.clear();
         self.stage.evaluated.clear();
+        self.forget_linearisation();
         outcome
     }
 

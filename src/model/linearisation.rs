@@ -18,7 +18,7 @@ use std::time::Instant;
 use nicolson_solvers::linear::{SparsePattern, Symmetry, Tangent};
 use rayon::prelude::*;
 
-use super::assembly::Slots;
+use super::assembly::{OneRing, Slots};
 use super::evaluation::{GRAIN, Point};
 use super::{Clocks, Model, Unknowns};
 use crate::setup::CofactorChoice;
@@ -63,6 +63,10 @@ pub struct Linearisation<const D: usize> {
     pub slopes: Vec<(Tensor<D>, Vector<D>)>,
     /// Pattern of the entries and where the parts of a row go; built at the first request.
     pub slots: std::sync::OnceLock<Slots>,
+    /// One-ring part of the tangent at the point; built at the first request.
+    pub one_ring: std::sync::OnceLock<OneRing>,
+    /// Pattern of the one-ring part; built once.
+    pub one_ring_pattern: std::sync::OnceLock<std::sync::Arc<SparsePattern>>,
 }
 
 /// Variations of the fields, full length.
@@ -98,6 +102,7 @@ impl<const D: usize> Model<D> {
     pub(super) fn freeze(&mut self) {
         let mut frozen = std::mem::take(&mut self.linearisation);
         frozen.shift = self.stage.shift;
+        frozen.one_ring.take();
         let n = self.particles();
         if self.upwind.is_some() {
             frozen.displacement.clear();
@@ -287,8 +292,16 @@ impl<const D: usize> Tangent for Model<D> {
         self.unknowns.count()
     }
 
+    /// The velocities of a linear scene have the tangent `M + s² Gᵀ V κ G + s C`, with the symmetric
+    /// damping C of D_v. In general the derivative of `J = J̃ + s H:L` through H, D_p and the
+    /// reconstruction are not symmetric.
     fn symmetry(&self) -> Symmetry {
-        Symmetry::General
+        let reconstructed = self.upwind.as_ref().is_some_and(|upwind| upwind.options.reconstructed);
+        if self.linear && self.structurally_linear() && self.unknowns.kind() == Unknowns::Velocity && !reconstructed {
+            Symmetry::PositiveDefinite
+        } else {
+            Symmetry::General
+        }
     }
 
     fn apply(&self, v: &[f64], out: &mut [f64]) {
@@ -332,5 +345,9 @@ impl<const D: usize> Tangent for Model<D> {
 
     fn blocks(&self) -> &[usize] {
         self.unknowns.starts()
+    }
+
+    fn sparser(&self) -> Option<&dyn Tangent> {
+        Some(self.linearisation.one_ring.get_or_init(|| self.one_ring()))
     }
 }

@@ -186,6 +186,11 @@ impl<const D: usize> Model<D> {
         self.linear = linear;
     }
 
+    /// Whether the pattern of the tangent has been built; an explicit run never needs it.
+    pub fn has_pattern(&self) -> bool {
+        self.linearisation.slots.get().is_some()
+    }
+
     /// Stored entries of the tangent.
     pub fn pattern_entries(&self) -> usize {
         self.slots().pattern().entries()
@@ -205,6 +210,11 @@ impl<const D: usize> Model<D> {
     pub fn select_terms(&mut self, terms: Terms) {
         self.terms = terms;
         self.linear = self.linear && terms == Terms::ALL;
+        self.forget_linearisation();
+    }
+
+    /// Forgets the derivatives of a point: linear equations would keep those of other terms.
+    fn forget_linearisation(&mut self) {
         self.linearisation.particles.clear();
     }
 

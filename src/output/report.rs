@@ -48,9 +48,9 @@ pub struct Report {
     pub wall_seconds: WallSeconds,
     /// Energy budget.
     pub energy: EnergyBudget,
-    /// Largest unexplained change of linear momentum in kg m/s; `None` where supports make it meaningless.
+    /// Largest change of linear momentum over the sum of its magnitudes; `None` for a body that is held or loaded.
     pub linear_momentum_drift: Option<f64>,
-    /// Largest unexplained change of angular momentum in kg m²/s; `None` where it has no meaning.
+    /// Largest change of angular momentum over the sum of its magnitudes; `None` as above, and in 1D.
     pub angular_momentum_drift: Option<f64>,
     /// Errors against the exact solution, by field; empty without one.
     pub errors: BTreeMap<String, ErrorNorms>,

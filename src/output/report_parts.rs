@@ -90,10 +90,10 @@ pub struct WallSeconds {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EnergyBudget {
-    /// Kinetic plus internal energy at the start.
+    /// Kinetic plus internal energy, less the work of loads and moving constraints (zero then), at the start.
     #[serde(deserialize_with = "number_or_null")]
     pub initial: f64,
-    /// Kinetic plus internal energy at the end.
+    /// Kinetic plus internal energy, less the work of loads and moving constraints, at the end.
     #[serde(deserialize_with = "number_or_null")]
     pub r#final: f64,
     /// Largest change of the total energy over its scale; `None` where that has no meaning.

@@ -8,6 +8,16 @@ use crate::output::{ColourMap, Frame, OutOfPlane, OutputError, ParticlePlot, Pre
 use crate::scene::settings::OutputField;
 use crate::tensor::Tensor as SmallTensor;
 
+/// Names of frames: prefix, number, suffix.
+const PREFIX: &str = "fields-";
+const SUFFIX: &str = ".vtu";
+
+/// Whether a file name is that of a frame.
+fn is_frame(name: &str) -> bool {
+    let number = name.strip_prefix(PREFIX).and_then(|rest| rest.strip_suffix(SUFFIX));
+    number.is_some_and(|number| number.len() >= 5 && number.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
 /// Writes frames into a directory, with `fields.pvd` as their index.
 pub struct Frames {
     directory: PathBuf,
@@ -17,8 +27,15 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Frames of the chosen fields; `provenance` is stored in every file.
+    /// Frames of the chosen fields; `provenance` is stored in every file. Frames that an earlier run left
+    /// in the directory are removed: beside a shorter index they would pass for results of this run.
     pub fn new(directory: &Path, fields: &[OutputField], provenance: String) -> Self {
+        for entry in std::fs::read_dir(directory).into_iter().flatten().flatten() {
+            if is_frame(&entry.file_name().to_string_lossy()) {
+                // What cannot be removed will be overwritten, or is outside the index.
+                let _ = std::fs::remove_file(entry.path());
+            }
+        }
         Self {
             directory: directory.to_path_buf(),
             fields: fields.to_vec(),
@@ -69,7 +86,7 @@ impl Frames {
                 }),
             }
         }
-        let name = format!("fields-{:05}.vtu", self.series.frames());
+        let name = format!("{PREFIX}{:05}{SUFFIX}", self.series.frames());
         let path = self.directory.join(&name);
         frame.write(&path, Precision::Double)?;
         self.series.append(time, &path)

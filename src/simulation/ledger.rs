@@ -115,6 +115,11 @@ impl Ledger {
         self.entry
     }
 
+    /// Time and state of the last row.
+    pub fn last_state(&self) -> (f64, &[f64]) {
+        (self.time, &self.state)
+    }
+
     /// Adds the row of an accepted step.
     ///
     /// # Errors
@@ -129,7 +134,12 @@ impl Ledger {
             self.mean.clear();
             self.mean.extend(self.state.iter().zip(state).map(|(a, b)| 0.5 * (a + b)));
             let middle = 0.5 * (self.time + time);
-            self.entry.dissipated += model.dissipation(middle, &self.mean)? * (time - self.time);
+            // Between two admissible states of a long step the mean may not be one; the end then stands in.
+            let power = match model.dissipation(middle, &self.mean) {
+                Ok(power) => power,
+                Err(_) => model.dissipation(time, state)?,
+            };
+            self.entry.dissipated += power * (time - self.time);
         }
         if !self.moving.is_empty() {
             let before = std::mem::take(&mut self.forces);

@@ -19,6 +19,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use nicolson_solvers::EvaluationError;
 use nicolson_solvers::time::{StepFailure, StepReport};
 
 pub use comparison::errors as exact_errors;
@@ -57,12 +58,21 @@ pub enum RunError {
     /// The results cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// A step led out of the domain of the equations without noticing.
+    #[error("the step to t = {time} s led outside: {error}")]
+    Outside {
+        /// Time reached, s.
+        time: f64,
+        /// Where and why.
+        error: EvaluationError,
+    },
 }
 
 impl RunError {
-    /// Whether the input is at fault (exit code 2) rather than the disk during the run (exit code 3).
+    /// Whether the input is at fault (exit code 2) rather than the numerics or the disk during the run
+    /// (exit code 3).
     pub fn is_input(&self) -> bool {
-        !matches!(self, Self::Output(_))
+        !matches!(self, Self::Output(_) | Self::Outside { .. })
     }
 }
 
@@ -180,7 +190,13 @@ fn run_in<const D: usize>(
         let target = recorder.next_frame().min(prepared.end);
         match prepared.stepper.advance(&mut prepared.model, &mut prepared.state, target) {
             Ok(step) => {
-                if let Err(error) = recorder.record(&mut prepared, &step) {
+                let recorded = recorder.record(&mut prepared, &step);
+                if let Err(RunError::Outside { .. }) = &recorded {
+                    status = Status::Failed;
+                    message = recorded.err().map(|error| prepared.advise(&error.to_string()));
+                    break;
+                }
+                if let Err(error) = recorded {
                     // The results so far are worth a report even where the disk refuses more of them.
                     let failed = Some(error.to_string());
                     let _ = recorder.close(&prepared, Status::Failed, failed, Times::of(setup_time, begin));

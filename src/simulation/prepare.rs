@@ -141,17 +141,22 @@ impl<const D: usize> Prepared<D> {
 
     /// A failed step in words: where it stood, why, and what to try.
     pub fn explain(&self, failure: &StepFailure) -> String {
-        let remedy = if self.stepper.scheme().is_implicit() {
-            "try a smaller time.step, stabilisation, or scheme = \"energy_momentum\""
-        } else {
-            "try a smaller time.cfl or time.step, or an implicit scheme"
-        };
         let mut text = failure.to_string();
         if let Some(nicolson_solvers::time::StepCause::NotFinite { index, .. }) = failure.cause() {
             let particle = self.model.particle_of_entry(*index);
             text = format!("{text}, at {}", self.model.describe_particle(particle));
         }
-        format!("{text}; {remedy}")
+        self.advise(&text)
+    }
+
+    /// What went wrong, and what to try.
+    pub(super) fn advise(&self, what: &str) -> String {
+        let remedy = if self.stepper.scheme().is_implicit() {
+            "try a smaller time.step, stabilisation, or scheme = \"energy_momentum\""
+        } else {
+            "try a smaller time.cfl or time.step, or an implicit scheme"
+        };
+        format!("{}; {remedy}", what.trim_end_matches('.'))
     }
 
     /// What the run will need.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use nicolson_solvers::time::StepReport;
+use nicolson_solvers::time::{StepReport, TimeState};
 
 use super::frames::{Frames, draw_particles};
 use super::ledger::Ledger;
@@ -115,14 +115,18 @@ impl<const D: usize> Recorder<D> {
     /// Records an accepted step.
     ///
     /// # Errors
-    /// If the disk refuses.
+    /// If the disk refuses, or the state is outside the domain of the law.
     pub fn record(&mut self, prepared: &mut Prepared<D>, step: &StepReport) -> Result<(), RunError> {
         let start = Instant::now();
         if self.keeps_history {
-            // The state was accepted, so it is inside the domain of the law.
-            self.ledger
-                .follow(&mut prepared.model, prepared.state.time, &prepared.state.values)
-                .map_err(|error| RunError::Choice(error.to_string()))?;
+            // An explicit scheme accepts a state without evaluating it: the books may be the first to see
+            // that it is outside the domain of the law. Then the run ends with the state before.
+            let time = prepared.state.time;
+            if let Err(error) = self.ledger.follow(&mut prepared.model, time, &prepared.state.values) {
+                let (before, values) = self.ledger.last_state();
+                prepared.state = TimeState::new(before, values.to_vec());
+                return Err(RunError::Outside { time, error });
+            }
         }
         self.row(prepared, step.step, step.newton_iterations, step.rejected)?;
         if prepared.state.time >= self.next_frame() {

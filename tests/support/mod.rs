@@ -1,6 +1,8 @@
 //! Set-ups that tests share: perturbed lattices without a scene file.
 #![allow(dead_code, reason = "every test file uses its own part of this module")]
 
+pub mod scenes;
+
 use nicolson::model::Noise;
 use nicolson::setup::*;
 use nicolson::tensor::Vector;

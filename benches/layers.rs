@@ -1,0 +1,87 @@
+//! Cost of the layers of one implicit step, as ratios to one rate evaluation in the same run.
+//!
+//! `cargo bench --bench layers [-- SPACING…]`. Clock times on shared machines are noise; ratios taken in one run
+//! are not. Each figure is the smallest of several repetitions.
+//!
+//! Measured on two cores, one thread, impact-hyperelastic with D_v (rate = 1): see the table that it prints. The
+//! direct factorisation dominates from some thousand particles on, as the README's limitations say.
+#![allow(clippy::print_stdout, reason = "a bench reports on the terminal")]
+
+use std::path::Path;
+use std::time::Instant;
+
+use nicolson::model::CheckPoint;
+use nicolson::scene::Scene;
+use nicolson::simulation::prepare;
+use nicolson_solvers::linear::{LinearSolver, SparseLu, Tangent};
+use nicolson_solvers::nonlinear::NonlinearProblem;
+use nicolson_solvers::time::{StageSystem, System};
+
+/// Smallest time of several repetitions, s.
+fn smallest(repetitions: usize, mut work: impl FnMut()) -> f64 {
+    (0..repetitions)
+        .map(|_| {
+            let start = Instant::now();
+            work();
+            start.elapsed().as_secs_f64()
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+fn measure(spacing: &str) -> Result<(), Box<dyn std::error::Error>> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/impact-hyperelastic.toml");
+    let scene = Scene::read(&path, &[("body.0.spacing".into(), spacing.into())])?;
+    let start = Instant::now();
+    let mut prepared = prepare::<2>(&scene)?;
+    let setup = start.elapsed().as_secs_f64();
+    let model = &mut prepared.model;
+    let state = prepared.state.values.clone();
+    let mut rate = vec![0.0; state.len()];
+    let unit = smallest(20, || model.rate(0.0, &state, &mut rate).unwrap_or_default());
+
+    let CheckPoint { time, shift, base, unknowns, .. } = model.check_point(0.0, 0.025, &state, 0.02, 1)?;
+    model.begin_stage(time, shift, &base);
+    let mut residual = vec![0.0; unknowns.len()];
+    let residual_time = smallest(10, || {
+        // A fresh stage each time: the model remembers the last point.
+        model.begin_stage(time, shift, &base);
+        let _ = model.residual(&unknowns, &mut residual);
+    });
+    let linearise = smallest(5, || model.linearise(&unknowns).unwrap_or_default());
+    let mut action = vec![0.0; unknowns.len()];
+    let apply = smallest(10, || model.tangent().apply(&residual, &mut action));
+    let mut values = vec![0.0; model.pattern_entries()];
+    let fill = smallest(5, || model.fill(&mut values));
+    let mut solver = SparseLu::new();
+    solver.prepare(model.tangent())?;
+    let factor = smallest(3, || solver.prepare(model.tangent()).unwrap_or_default()) - fill;
+    let solve = smallest(5, || {
+        let _ = solver.solve(model.tangent(), &residual, &mut action, 1e-10);
+    });
+    println!(
+        "{:>9} {:>9} {:>10.2e} {:>8.1} {:>8.1} {:>8.1} {:>8.1} {:>8.1} {:>8.1} {:>8.1}",
+        model.particles(),
+        unknowns.len(),
+        unit,
+        setup / unit,
+        residual_time / unit,
+        linearise / unit,
+        apply / unit,
+        fill / unit,
+        factor / unit,
+        solve / unit
+    );
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let chosen: Vec<String> = std::env::args().skip(1).filter(|a| a.parse::<f64>().is_ok()).collect();
+    let spacings = if chosen.is_empty() { vec!["0.25".into(), "0.125".into(), "0.0625".into()] } else { chosen };
+    println!(
+        "{:>9} {:>9} {:>10} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
+        "particles", "unknowns", "rate [s]", "set-up", "residual", "linear.", "action", "entries", "factor", "solve"
+    );
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    pool.install(|| spacings.iter().try_for_each(|spacing| measure(spacing).map_err(|e| e.to_string())))?;
+    Ok(())
+}
