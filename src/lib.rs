@@ -112,8 +112,8 @@
 //! - There is no hourglass control: integration at particles leaves modes with almost no energy, which upwinding
 //!   damps but does not remove. They are the worse the wider the kernel: keep `smoothing` at 1.2 or below.
 //! - The default weights converge with second order in one dimension at `smoothing = 1` only. Wider kernels, and
-//!   boundaries in two and three dimensions, leave first order or less: 0.5 on the elastic piston (see
-//!   [`setup::WeightChoice`]).
+//!   boundaries in two and three dimensions, leave first order or less: 0.5 on the elastic piston.
+//!   [Balanced](setup::WeightChoice::Balanced) weights restore second order there.
 //! - Crank–Nicolson, the mid-point rule and their kin are unconditionally stable for linear equations, and for
 //!   those only.
 //! - Neighbours are those of the reference configuration: matter does not separate or mix.

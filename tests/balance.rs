@@ -1,0 +1,348 @@
+//! Balanced weights: exact for linear fields and for constant and linear stress, second order, local.
+
+mod support;
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use nicolson::discretisation::{DiscretisationError, Gradient};
+use nicolson::geometry::{BoxLattice, Layout};
+use nicolson::model::{Model, Noise};
+use nicolson::scene::Scene;
+use nicolson::setup::*;
+use nicolson::simulation::{RunOptions, Silent, run};
+use nicolson::tensor::{Tensor, Vector};
+use support::{linear, setup};
+
+const EXACT: f64 = 1e-11;
+
+/// A box away from the origin, with cells that are not quite cubes.
+fn lattice<const D: usize>(counts: [usize; D], layout: Layout) -> BoxLattice<D> {
+    let lower = std::array::from_fn(|i| 3.0 - i as f64);
+    let upper = std::array::from_fn(|i| lower[i] + 0.1 * counts[i] as f64 * (1.0 + 0.05 * i as f64));
+    BoxLattice::with_counts(lower, upper, counts, layout).expect("a possible box")
+}
+
+/// Particles of a lattice, those without a face shaken by up to `shake` spacings.
+fn cloud<const D: usize>(lattice: &BoxLattice<D>, shake: f64) -> Particles<D> {
+    let mut particles = lattice.particles();
+    let mut noise = Noise::new(3);
+    let mut inside = vec![true; particles.positions.len()];
+    particles.faces.iter().for_each(|face| inside[face.particle] = false);
+    for (position, _) in particles.positions.iter_mut().zip(inside).filter(|(_, inside)| *inside) {
+        *position += Vector::<D>::from_fn(|_, _| noise.next() * shake * lattice.mean_spacing());
+    }
+    particles
+}
+
+fn gradient<const D: usize>(
+    particles: &Particles<D>,
+    spacing: f64,
+    smoothing: f64,
+    weights: WeightChoice,
+) -> Result<Gradient<D>, DiscretisationError> {
+    let mut bodies = setup(particles.clone(), spacing, linear()).bodies;
+    bodies[0].smoothing = smoothing;
+    bodies[0].weights = weights;
+    Gradient::build(&bodies, particles)
+}
+
+/// `Σ_b V_b T_b g_ba` of a stress field: minus the internal force.
+fn forces<const D: usize>(
+    gradient: &Gradient<D>,
+    particles: &Particles<D>,
+    stress: impl Fn(&Vector<D>) -> Tensor<D>,
+) -> Vec<Vector<D>> {
+    let scaled: Vec<Tensor<D>> =
+        particles.positions.iter().zip(&particles.volumes).map(|(x, volume)| stress(x) * *volume).collect();
+    (0..scaled.len()).map(|a| gradient.transposed_of(a, &scaled)).collect()
+}
+
+/// Volumes of the trapezoid rule for particles on a line.
+fn trapezoid(particles: &mut Particles<1>) {
+    let x: Vec<f64> = particles.positions.iter().map(|x| x[0]).collect();
+    for (a, volume) in particles.volumes.iter_mut().enumerate() {
+        *volume = (x[(a + 1).min(x.len() - 1)] - x[a.saturating_sub(1)]) / 2.0;
+    }
+}
+
+/// A tensor without symmetry, of magnitude one.
+fn general<const D: usize>(seed: u64) -> Tensor<D> {
+    let mut noise = Noise::new(seed);
+    Tensor::from_fn(|_, _| noise.next())
+}
+
+/// Largest error of the gradients of a linear field.
+fn gradient_error<const D: usize>(gradient: &Gradient<D>, particles: &Particles<D>) -> f64 {
+    let slope = general::<D>(1);
+    let field: Vec<f64> = particles
+        .positions
+        .iter()
+        .flat_map(|x| (slope * x + Vector::repeat(0.7)).iter().copied().collect::<Vec<_>>())
+        .collect();
+    (0..particles.positions.len()).map(|a| (gradient.of(a, &field) - slope).amax()).fold(0.0, f64::max)
+}
+
+/// Everything that balanced weights promise where particles lie on the boundary.
+fn patch<const D: usize>(counts: [usize; D], shake: f64, smoothing: f64) {
+    let what = format!("{D}D {counts:?}, shaken by {shake}, smoothing {smoothing}");
+    let lattice = lattice(counts, Layout::Vertex);
+    promises(&what, &lattice, &cloud(&lattice, shake), smoothing);
+}
+
+fn promises<const D: usize>(what: &str, lattice: &BoxLattice<D>, particles: &Particles<D>, smoothing: f64) {
+    let spacing = lattice.mean_spacing();
+    let gradient = gradient(particles, spacing, smoothing, WeightChoice::Balanced).expect(what);
+    let error = gradient_error(&gradient, particles);
+    assert!(error < EXACT, "{what}: linear fields off by {error:e}");
+
+    let area = spacing.powi(D as i32 - 1);
+    let constant = general::<D>(2);
+    let slopes: [Tensor<D>; D] = std::array::from_fn(|j| general(10 + j as u64));
+    let centre = (lattice.lower() + lattice.upper()) / 2.0;
+    // Relative to the centre, so that the stress is of magnitude one.
+    let linear = |x: &Vector<D>| (0..D).fold(constant, |sum, j| sum + slopes[j] * (x - centre)[j]);
+    let divergence = (0..D).fold(Vector::<D>::zeros(), |sum, j| sum + slopes[j].column(j));
+    let of_constant = forces(&gradient, particles, |_| constant);
+    let of_linear = forces(&gradient, particles, linear);
+    let mut normals = vec![Vec::new(); particles.positions.len()];
+    particles.faces.iter().for_each(|face| normals[face.particle].push(face.normal * face.area));
+    for (a, normals) in normals.iter().enumerate() {
+        let total: Vector<D> = normals.iter().sum();
+        let error = (of_constant[a] - constant * total).amax() / area;
+        assert!(error < EXACT, "{what}: particle {a} is off by {error:e} under constant stress");
+        if normals.len() < 2 || D == 1 {
+            let traction = linear(&particles.positions[a]) * total;
+            let error = (of_linear[a] - traction + divergence * particles.volumes[a]).amax() / area;
+            assert!(error < EXACT, "{what}: particle {a} is off by {error:e} under linear stress");
+        }
+    }
+}
+
+#[test]
+fn force_patch_test_in_one_dimension() {
+    for smoothing in [1.0, 1.2, 1.5] {
+        patch([20], 0.0, smoothing);
+    }
+    // A body without edges must integrate linear stress exactly; on a line the trapezoid rule does.
+    let lattice = lattice([20], Layout::Vertex);
+    let mut particles = cloud(&lattice, 0.15);
+    trapezoid(&mut particles);
+    for smoothing in [1.0, 1.2, 1.5] {
+        promises(&format!("shaken bar, smoothing {smoothing}"), &lattice, &particles, smoothing);
+    }
+}
+
+#[test]
+fn force_patch_test_in_two_dimensions() {
+    for smoothing in [1.0, 1.2, 1.5] {
+        patch([11, 14], 0.0, smoothing);
+        patch([11, 14], 0.1, smoothing);
+        patch([11, 14], 0.2, smoothing);
+    }
+}
+
+#[test]
+fn force_patch_test_in_three_dimensions() {
+    patch([7, 6, 8], 0.0, 1.0);
+    patch([6, 6, 6], 0.0, 1.2);
+    patch([7, 6, 8], 0.1, 1.0);
+}
+
+/// Where faces lie half a spacing outside the particles, forces of a constant stress stay within reach of
+/// the boundary, and have the resultant and the moments of the tractions.
+fn cell_patch<const D: usize>(counts: [usize; D], smoothing: f64) {
+    let lattice = lattice(counts, Layout::Cell);
+    let particles = lattice.particles();
+    let spacing = lattice.mean_spacing();
+    let gradient = gradient(&particles, spacing, smoothing, WeightChoice::Balanced).expect("enough neighbours");
+    assert!(gradient_error(&gradient, &particles) < EXACT);
+    let stress = general::<D>(2);
+    let forces = forces(&gradient, &particles, |_| stress);
+    let (mut sum, mut moment) = (Vector::<D>::zeros(), Tensor::<D>::zeros());
+    let carries = |a: usize| particles.faces.iter().any(|face| face.particle == a);
+    for (a, force) in forces.iter().enumerate() {
+        sum += force;
+        moment += force * particles.positions[a].transpose();
+        if !gradient.neighbourhood.of(a).iter().any(|&b| carries(b as usize)) {
+            assert!(force.amax() < EXACT * spacing.powi(D as i32 - 1), "particle {a}: {force}");
+        }
+    }
+    let volume: f64 = particles.volumes.iter().sum();
+    assert!(sum.amax() < EXACT && (moment - stress * volume).amax() < EXACT * volume.max(1.0), "{sum} {moment}");
+}
+
+#[test]
+fn the_cell_layout_balances_at_a_distance() {
+    cell_patch([20], 1.2);
+    cell_patch([12, 10], 1.2);
+    cell_patch([12, 10], 1.5);
+    cell_patch([6, 6, 6], 1.2);
+}
+
+/// `(largest change of Q beside the boundary, largest change far inside)`, over the largest weight.
+fn changes(count: usize, smoothing: f64) -> (f64, f64) {
+    let lattice = BoxLattice::with_counts([0.0; 2], [2.5; 2], [count; 2], Layout::Vertex).expect("a possible box");
+    let particles = lattice.particles();
+    let build = |weights| gradient(&particles, lattice.mean_spacing(), smoothing, weights).expect("weights");
+    let (seed, balanced) = (build(WeightChoice::Separate), build(WeightChoice::Balanced));
+    let (mut largest, mut outer, mut inner) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for (a, x) in particles.positions.iter().enumerate() {
+        let volume = particles.volumes[a];
+        for entry in seed.neighbourhood.row(a) {
+            let change = (balanced.weights[entry] - seed.weights[entry]).amax() * volume;
+            largest = largest.max(seed.weights[entry].amax() * volume);
+            outer = outer.max(change);
+            if x.iter().all(|x| (0.75..=1.75).contains(x)) {
+                inner = inner.max(change);
+            }
+        }
+    }
+    (outer / largest, inner / largest)
+}
+
+#[test]
+fn the_change_stays_at_the_boundary() {
+    // At h = Δx a band is enough: the interior keeps its bits.
+    for count in [21, 41] {
+        let (outer, inner) = changes(count, 1.0);
+        assert!(outer < 0.12 && inner == 0.0, "{count}: {outer} {inner}");
+    }
+    // A wider stencil moves everything a little, and no more on finer lattices.
+    for count in [21, 41] {
+        let (outer, inner) = changes(count, 1.2);
+        assert!(outer < 0.2 && inner < 0.055, "{count}: {outer} {inner}");
+    }
+}
+
+/// L2 error of the displacement after one period, relative to the amplitude.
+fn piston(weights: &str, smoothing: f64, cells: usize) -> f64 {
+    let period = 4.0 * 2.5 / (1e3_f64 / 1.4).sqrt();
+    let overrides = [
+        ("body.0.weights", format!("\"{weights}\"")),
+        ("body.0.smoothing", smoothing.to_string()),
+        ("body.0.spacing", (2.5 / cells as f64).to_string()),
+        // Fourth order at a third of the stable step: the error is that of space.
+        ("time.scheme", "\"rk4\"".into()),
+        ("time.step", (period / (16 * cells) as f64).to_string()),
+        ("time.end", period.to_string()),
+        ("output.interval", period.to_string()),
+    ]
+    .map(|(key, value)| (key.to_owned(), value));
+    let text = include_str!("../examples/piston-elastic.toml");
+    let scene = Scene::parse(text, "piston-elastic.toml", Path::new("examples"), &overrides).expect("scene");
+    let outcome = run(&scene, &RunOptions::default(), &mut Silent, &AtomicBool::new(false)).expect("run");
+    // The mean square of sin over a quarter of a wave is a half.
+    let amplitude = period / std::f64::consts::TAU / 2.0_f64.sqrt();
+    outcome.report.errors["displacement"].l2 / amplitude
+}
+
+fn order(coarse: f64, fine: f64) -> f64 {
+    (coarse / fine).log2()
+}
+
+#[test]
+fn the_elastic_piston_converges_with_second_order() {
+    // (weights, smoothing, errors measured at 11², 21², 41²)
+    let table = [
+        ("balanced", 1.0, [0.0259, 0.00646, 0.001615]),
+        ("balanced", 1.2, [0.0262, 0.00649, 0.001618]),
+        ("separate", 1.0, [0.106, 0.0743, 0.0526]),
+        ("single", 1.0, [0.122, 0.073, 0.048]),
+    ];
+    for (weights, smoothing, expected) in table {
+        let errors = [10, 20, 40].map(|cells| piston(weights, smoothing, cells));
+        let what = format!("{weights}, smoothing {smoothing}: {errors:?}");
+        for (error, expected) in errors.iter().zip(expected) {
+            assert!((error / expected - 1.0).abs() < 0.02, "{what}");
+        }
+        let orders = [order(errors[0], errors[1]), order(errors[1], errors[2])];
+        if weights == "balanced" {
+            assert!(orders.iter().all(|order| *order > 1.9), "{what}: {orders:?}");
+        } else {
+            assert!(orders.iter().all(|order| *order < 0.8), "{what}: {orders:?}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_balanced_is_located() {
+    let refused = |particles: &Particles<2>, spacing: f64, smoothing: f64| {
+        gradient(particles, spacing, smoothing, WeightChoice::Balanced).expect_err("impossible")
+    };
+    // Nine points per row do not fit the volumes of the cell layout.
+    let cells = lattice([10, 10], Layout::Cell);
+    let error = refused(&cells.particles(), cells.mean_spacing(), 1.0);
+    assert!(error.place.starts_with("particle ") && error.remedy.contains("raise `smoothing`"), "{error}");
+
+    let vertices = lattice([10, 10], Layout::Vertex);
+    let spacing = vertices.mean_spacing();
+    // Particles that slid along the boundary while their areas and volumes stayed.
+    let mut slid = vertices.particles();
+    slid.positions[4][0] += 0.2 * spacing;
+    let error = refused(&slid, spacing, 1.2);
+    assert!(error.to_string().contains("Σ a N ⊗ X"), "{error}");
+
+    let mut open = vertices.particles();
+    open.faces.pop();
+    let error = refused(&open, spacing, 1.2);
+    assert!(error.place == "body `body`" && error.reason.contains("do not close"), "{error}");
+
+    let mut heavy = vertices.particles();
+    heavy.volumes.iter_mut().for_each(|volume| *volume *= 2.0);
+    assert!(refused(&heavy, spacing, 1.2).reason.contains("enclose a volume"));
+
+    let mut points = vertices.particles();
+    points.faces.clear();
+    let error = refused(&points, spacing, 1.2);
+    assert!(error.reason.contains("description of the boundary"), "{error}");
+    assert!(error.remedy.contains("weights = \"separate\""), "{error}");
+
+    // Volumes of the even bar on a shaken one: linear stress is integrated wrongly, and there are no edges.
+    let bar = lattice([20], Layout::Vertex);
+    let shaken = gradient(&cloud(&bar, 0.1), bar.mean_spacing(), 1.2, WeightChoice::Balanced).expect_err("impossible");
+    assert!(shaken.place.starts_with("particle "), "{shaken}");
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let lattice = lattice([24, 20], Layout::Vertex);
+    for smoothing in [1.0, 1.2] {
+        let particles = lattice.particles();
+        let bits = |threads: usize| -> Vec<u64> {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            let weights = pool
+                .install(|| gradient(&particles, lattice.mean_spacing(), smoothing, WeightChoice::Balanced))
+                .expect("weights")
+                .weights;
+            weights.iter().flat_map(|w| w.iter().map(|x| x.to_bits()).collect::<Vec<_>>()).collect()
+        };
+        let one = bits(1);
+        assert_eq!(one, bits(2));
+        assert_eq!(one, bits(3));
+    }
+}
+
+#[test]
+fn two_bodies_are_balanced_apart() {
+    let lattice = lattice([8, 9], Layout::Vertex);
+    let particles = lattice.particles();
+    let count = particles.positions.len();
+    let mut both = particles.clone();
+    both.positions.extend(particles.positions.iter().map(|x| x + Vector::repeat(0.3)));
+    both.volumes.extend(&particles.volumes);
+    both.kernel_volumes.extend(&particles.kernel_volumes);
+    both.faces.extend(particles.faces.iter().map(|face| Face { particle: face.particle + count, ..face.clone() }));
+    let mut setup = setup(both, lattice.mean_spacing(), linear());
+    setup.bodies[0].particles = 0..count;
+    setup.bodies[0].weights = WeightChoice::Separate;
+    setup.bodies.push(Body { particles: count..2 * count, weights: WeightChoice::Balanced, ..setup.bodies[0].clone() });
+    let model = Model::new(setup, None, None).expect("model");
+    let build = |weights| gradient(&particles, lattice.mean_spacing(), 1.2, weights).expect("weights");
+    let (seed, balanced) = (build(WeightChoice::Separate), build(WeightChoice::Balanced));
+    let found = &model.gradient().weights;
+    assert_eq!(found[..seed.weights.len()], seed.weights);
+    for (found, expected) in found[seed.weights.len()..].iter().zip(&balanced.weights) {
+        assert!((found - expected).amax() < 1e-9 * expected.amax().max(1.0));
+    }
+}
