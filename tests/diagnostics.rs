@@ -93,27 +93,23 @@ fn failed_tries_are_logged_with_their_causes() {
     assert!(end["message"].as_str().unwrap().contains("limit of 1 iterations"));
 }
 
-/// Starts that failed before another one led to the solution are in the log: one step of 250 explicit ones.
+/// Starts that failed before another one led to the solution are in the log: steps of 200 explicit ones, some of
+/// which cannot begin from the extrapolated motion.
 #[test]
 fn starts_that_failed_are_logged() {
-    let overrides = [
-        ("body.0.spacing", "0.5"),
-        ("stabilisation.tau_v", "0"),
-        ("time.step", "3.75"),
-        ("time.minimum_step", "3.75"),
-        ("time.end", "3.75"),
-        ("time.scheme", "\"energy_momentum\""),
-    ];
+    let overrides = [("time.step", "1.5"), ("time.end", "60"), ("time.scheme", "\"energy_momentum\"")];
     let overrides: Vec<_> = overrides.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
-    let scene = Scene::read(Path::new("examples/impact-hyperelastic.toml"), &overrides).unwrap();
+    let scene = Scene::read(Path::new("examples/piston-hyperelastic.toml"), &overrides).unwrap();
     let (lines, report) = logged(&scene);
     assert_eq!((report.status, report.steps.rejected), (Status::Completed, 0), "{:?}", report.message);
-    let steps = events(&lines, "step");
-    let failed = steps[0]["failed_solves"].as_array().unwrap();
-    assert!(!failed.is_empty() && !failed[0]["history"].as_array().unwrap().is_empty());
-    assert!(failed.iter().all(|solve| solve["cause"].is_string() && solve["message"].is_string()));
-    let solve = &steps[0]["solves"][0];
-    assert!(steps[0]["newton_iterations"].as_u64() > solve["iterations"].as_u64());
+    let repaired: Vec<&Value> =
+        events(&lines, "step").into_iter().filter(|step| step["failed_solves"][0].is_object()).collect();
+    assert!(!repaired.is_empty());
+    for step in repaired {
+        let failed = &step["failed_solves"][0];
+        assert!(failed["cause"].is_string() && failed["message"].is_string(), "{failed}");
+        assert!(step["newton_iterations"].as_u64() >= step["solves"][0]["iterations"].as_u64());
+    }
 }
 
 #[test]

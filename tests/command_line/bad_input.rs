@@ -57,7 +57,7 @@ const CASES: &[Case] = &[
     ("dam-break", Set("time.scheme=leapfrog"), "`leapfrog`", "velocity_verlet"),
     ("dam-break", Set("time.scheme=static"), "static", "dynamic scheme"),
     ("dam-break", Set("time.theta=0.7"), "`theta`", "scheme = \"theta\""),
-    ("dam-break", Set("time.adaptive={ tolerance = 1e-4 }"), "estimates its error", "tr_bdf2"),
+    ("dam-break", Set("time.adaptive={ tolerance = 2 }"), "`tolerance` is 2", "between 0 and 1"),
     ("dam-break", Set("body.0.kernel=gauss"), "`gauss`", "wendland_c2"),
     ("dam-break", Set("newton.linear=true"), "not linear", "remove"),
     ("bar-shock", Set("newton.unknowns=velocity"), "tau_p", "velocity_jacobian"),
