@@ -9,6 +9,7 @@ use std::ops::Range;
 use nalgebra::SVector;
 
 use crate::expression::Expression;
+use crate::material::Material;
 
 /// A problem ready to be discretised.
 #[derive(Debug, Clone)]
@@ -55,7 +56,7 @@ pub struct Body {
     /// Which weights the gradient sums use.
     pub weights: WeightChoice,
     /// Constitutive law.
-    pub material: MaterialChoice,
+    pub material: Material,
     /// Which cofactor the volumetric laws use.
     pub cofactor: CofactorChoice,
 }
@@ -150,27 +151,6 @@ pub enum CofactorChoice {
     Geometric,
     /// `H = J F⁻ᵀ` with the evolved J, as printed in document 004.
     Evolved,
-}
-
-/// Constitutive law with its parameters.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum MaterialChoice {
-    /// ψ = κ(J−1)²/2.
-    LinearVolumetric {
-        /// Reference density, kg/m³.
-        density: f64,
-        /// Bulk modulus κ, Pa.
-        bulk_modulus: f64,
-    },
-    /// ψ = κ(J−1−(J^{1−γ}−1)/(1−γ)).
-    HyperelasticVolumetric {
-        /// Reference density, kg/m³.
-        density: f64,
-        /// Bulk modulus κ, Pa.
-        bulk_modulus: f64,
-        /// Exponent γ ≥ 1.
-        exponent: f64,
-    },
 }
 
 /// Upwind stabilisation (formulation, section 4).

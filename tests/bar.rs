@@ -13,8 +13,9 @@
 mod support;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nicolson::material::{LinearVolumetric, Volumetric};
 use nicolson::model::Model;
-use nicolson::setup::{Constraint, MaterialChoice};
+use nicolson::setup::Constraint;
 use nicolson::simulation::Ledger;
 use support::scenes::{march, number, orders, prepared, report};
 
@@ -49,7 +50,7 @@ struct Modes {
 fn modes(model: &Model<1>) -> Modes {
     let setup = model.setup();
     let free: Vec<usize> = (0..model.particles()).filter(|&a| setup.constraints[a][0] == Constraint::Free).collect();
-    let MaterialChoice::LinearVolumetric { bulk_modulus, .. } = setup.bodies[0].material else {
+    let Some(Volumetric::Linear(LinearVolumetric { bulk_modulus, .. })) = setup.bodies[0].material.volumetric else {
         panic!("a linear law")
     };
     let gradient = model.gradient();

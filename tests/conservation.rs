@@ -16,6 +16,7 @@
 mod support;
 
 use nicolson::discretisation::Gradient;
+use nicolson::material::Material;
 use nicolson::model::{Model, Noise};
 use nicolson::setup::*;
 use nicolson::stabilisation::Upwind;
@@ -81,7 +82,7 @@ fn gradients_of_linear_fields_are_exact_on_perturbed_clouds() {
 /// A free body and a random state far from rest.
 fn shaken<const D: usize>(
     counts: [usize; D],
-    law: MaterialChoice,
+    law: Material,
     weights: WeightChoice,
     stabilisation: Option<Stabilisation>,
     seed: u64,

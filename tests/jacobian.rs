@@ -3,6 +3,7 @@
 
 mod support;
 
+use nicolson::material::Material;
 use nicolson::model::{CheckPoint, Model, Noise, Unknowns};
 use nicolson::setup::*;
 use nicolson_solvers::nonlinear::NonlinearProblem;
@@ -22,7 +23,7 @@ fn stabilised(tau_v: f64, tau_p: f64) -> Stabilisation {
 }
 
 /// Every combination of law, cofactor and stabilisation that changes a derivative.
-fn variants() -> Vec<(String, MaterialChoice, CofactorChoice, Option<Stabilisation>)> {
+fn variants() -> Vec<(String, Material, CofactorChoice, Option<Stabilisation>)> {
     let mut list = Vec::new();
     for (law_name, law) in [("linear", linear()), ("hyperelastic", fluid())] {
         for cofactor in [CofactorChoice::Geometric, CofactorChoice::Evolved] {
@@ -47,7 +48,7 @@ fn variants() -> Vec<(String, MaterialChoice, CofactorChoice, Option<Stabilisati
 
 fn model<const D: usize>(
     counts: [usize; D],
-    law: MaterialChoice,
+    law: Material,
     cofactor: CofactorChoice,
     stabilisation: Option<Stabilisation>,
     unknowns: Option<Unknowns>,

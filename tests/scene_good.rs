@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use nicolson::material::{LinearVolumetric, Material, Volumetric};
 use nicolson::scene::settings::{
     Forcing, LineSearch, OutputField, PreconditionerChoice, Scheme, SolverChoice, StepChoice, TangentPolicy, Unknowns,
 };
 use nicolson::scene::{Scene, SceneErrors};
-use nicolson::setup::{CofactorChoice, Constraint, KernelChoice, MaterialChoice, Setup, Stabilisation, WeightChoice};
+use nicolson::setup::{CofactorChoice, Constraint, KernelChoice, Setup, Stabilisation, WeightChoice};
 
 /// Every key of a scene, in two dimensions.
 const EVERYTHING: &str = r#"
@@ -161,12 +162,14 @@ fn every_key_reaches_the_set_up() {
     assert_eq!((column.name.as_str(), column.particles.clone(), column.spacing), ("column", 0..15, 0.5));
     assert_eq!((column.kernel, column.smoothing), (KernelChoice::WendlandC2, 1.3));
     assert_eq!((column.weights, column.cofactor), (WeightChoice::Balanced, CofactorChoice::Evolved));
-    let expected = MaterialChoice::HyperelasticVolumetric { density: 1000.0, bulk_modulus: 1e5 / 7.0, exponent: 7.0 };
+    let expected = Material::hyperelastic_volumetric(1000.0, 1e5 / 7.0, 7.0);
     assert_eq!(column.material, expected);
     assert_eq!((block.particles.clone(), block.spacing), (15..21, 1.0));
     assert_eq!((block.kernel, block.smoothing), (KernelChoice::CubicSpline, 1.2));
     assert_eq!((block.weights, block.cofactor), (WeightChoice::Separate, CofactorChoice::Geometric));
-    let MaterialChoice::LinearVolumetric { density, bulk_modulus } = block.material else { panic!() };
+    let Some(Volumetric::Linear(LinearVolumetric { density, bulk_modulus })) = block.material.volumetric else {
+        panic!()
+    };
     assert!(density == 10.0 && (bulk_modulus - 5e6).abs() < 1e-6);
 
     assert_eq!(setup.gravity.as_slice(), [0.0, -10.0]);
@@ -230,7 +233,7 @@ scheme = "tvd_rk2"
     let (setup, warnings) = scene.setup::<1>().unwrap();
     assert!(warnings.is_empty());
     assert_eq!(setup.bodies[0].name, "body 1");
-    assert_eq!(setup.bodies[0].material, MaterialChoice::LinearVolumetric { density: 1000.0, bulk_modulus: 9e5 });
+    assert_eq!(setup.bodies[0].material, Material::linear_volumetric(1000.0, 9e5));
     assert!(setup.stabilisation.is_none() && setup.body_force.is_none() && setup.exact.is_none());
     assert!(setup.initial.pressure.is_none() && setup.motions.is_empty() && setup.tractions.is_empty());
     assert_eq!(setup.particles.volumes.iter().sum::<f64>(), 10.0);
@@ -314,7 +317,9 @@ step = 0.1
 "#;
     let (setup, _) = set_up::<3>(text);
     assert_eq!(setup.particles.positions.len(), 60);
-    let MaterialChoice::LinearVolumetric { bulk_modulus, .. } = setup.bodies[0].material else { panic!() };
+    let Some(Volumetric::Linear(LinearVolumetric { bulk_modulus, .. })) = setup.bodies[0].material.volumetric else {
+        panic!()
+    };
     assert!((bulk_modulus - 1e6).abs() < 1e-6);
     assert_eq!(setup.constraints.iter().filter(|kinds| kinds[2] == Constraint::Fixed).count(), 12);
     let area: f64 = setup.tractions[0].areas.iter().map(|(_, area)| area).sum();

@@ -8,7 +8,10 @@ use crate::scene::Scene;
 
 /// Choices by key, as in scene files.
 const CHOICES: [(&str, &str); 10] = [
-    ("body.material", "linear_volumetric, hyperelastic_volumetric"),
+    (
+        "body.material",
+        "linear_volumetric, hyperelastic_volumetric, linear_elastic, st_venant_kirchhoff, neo_hookean, mooney_rivlin, nearly_incompressible",
+    ),
     ("body.kernel", "cubic_spline, wendland_c2, quintic_spline"),
     ("body.weights", "separate, single, balanced"),
     ("body.cofactor", "geometric, evolved"),

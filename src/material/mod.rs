@@ -1,169 +1,162 @@
 //! Constitutive laws.
 //!
-//! A volumetric law is a function of the volume ratio J alone: energy density `ψ(J)`, pressure
-//! `p = −dψ/dJ` (positive in compression), and its slope. The stress is `P = −p H` with the cofactor
-//! H. Printed (3.12) of document 004 has the opposite sign of p next to "negative is compression";
-//! everywhere else compression is positive, as here.
+//! The stress of every material has up to three parts, each present only where the scene asks for it:
 //!
-//! To add a law: one file with its functions of J, one arm in [`Material`], one in
-//! [`MaterialChoice`], one row in the shared test table below.
+//! ```text
+//! P = −p(J) H  +  ∂ψ(F)/∂F  +  P_v(F, L)
+//! ```
+//!
+//! | part | laws | file |
+//! |---|---|---|
+//! | volumetric, from the evolved volume ratio J | linear, hyperelastic | `volumetric*` |
+//! | solid, from F | St Venant–Kirchhoff, neo-Hookean, Mooney–Rivlin, linear elastic | one file each |
+//! | viscous, from F and L | Kelvin–Voigt | `kelvin_voigt` |
+//!
+//! The volumetric laws alone are the fluids of document 004. A nearly incompressible solid has both: its pressure
+//! comes from the evolved J, and its deviator from F. To add an isotropic solid: one file that implements
+//! [`IsotropicEnergy`] as a function of three invariants, one arm in [`SolidLaw`], one row in the shared test table.
 
-mod hyperelastic_volumetric;
-mod linear_volumetric;
+pub mod chord;
+mod isotropic;
+mod kelvin_voigt;
+mod linear_elastic;
+mod mooney_rivlin;
+mod neo_hookean;
+mod solid;
+mod st_venant_kirchhoff;
+mod volumetric;
+mod volumetric_hyperelastic;
+mod volumetric_linear;
 
-pub use hyperelastic_volumetric::HyperelasticVolumetric;
-pub use linear_volumetric::LinearVolumetric;
+pub use isotropic::{Invariants, IsotropicEnergy, Response};
+pub use kelvin_voigt::KelvinVoigt;
+pub use linear_elastic::LinearElastic;
+pub use mooney_rivlin::MooneyRivlin;
+pub use neo_hookean::NeoHookean;
+pub use solid::{Solid, SolidLaw, Transverse, VolumetricForm};
+pub use st_venant_kirchhoff::StVenantKirchhoff;
+pub use volumetric::Volumetric;
+pub use volumetric_hyperelastic::HyperelasticVolumetric;
+pub use volumetric_linear::LinearVolumetric;
 
-use crate::setup::MaterialChoice;
-
-/// A constitutive law with its parameters.
+/// A material: density and the parts of its stress.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Material {
-    /// See [`LinearVolumetric`].
-    LinearVolumetric(LinearVolumetric),
-    /// See [`HyperelasticVolumetric`].
-    HyperelasticVolumetric(HyperelasticVolumetric),
-}
-
-impl From<MaterialChoice> for Material {
-    fn from(choice: MaterialChoice) -> Self {
-        match choice {
-            MaterialChoice::LinearVolumetric { density, bulk_modulus } => {
-                Self::LinearVolumetric(LinearVolumetric { density, bulk_modulus })
-            }
-            MaterialChoice::HyperelasticVolumetric { density, bulk_modulus, exponent } => {
-                Self::HyperelasticVolumetric(HyperelasticVolumetric { density, bulk_modulus, exponent })
-            }
-        }
-    }
-}
-
-macro_rules! delegate {
-    ($self:ident, $law:ident => $body:expr) => {
-        match $self {
-            Material::LinearVolumetric($law) => $body,
-            Material::HyperelasticVolumetric($law) => $body,
-        }
-    };
+pub struct Material {
+    /// Reference density, kg/m³.
+    pub density: f64,
+    /// Pressure from the evolved volume ratio.
+    pub volumetric: Option<Volumetric>,
+    /// Stress from the deformation gradient.
+    pub solid: Option<Solid>,
+    /// Stress from the rate of strain.
+    pub viscosity: Option<KelvinVoigt>,
 }
 
 impl Material {
-    /// Reference density, kg/m³.
-    pub fn density(&self) -> f64 {
-        delegate!(self, law => law.density)
+    /// A fluid with `p = −κ(J−1)`.
+    pub fn linear_volumetric(density: f64, bulk_modulus: f64) -> Self {
+        Self::volumetric(density, Volumetric::Linear(LinearVolumetric { density, bulk_modulus }))
+    }
+
+    /// A fluid with `p = κ(J^{−γ}−1)`, γ ≥ 1.
+    pub fn hyperelastic_volumetric(density: f64, bulk_modulus: f64, exponent: f64) -> Self {
+        let law = HyperelasticVolumetric { density, bulk_modulus, exponent };
+        Self::volumetric(density, Volumetric::Hyperelastic(law))
+    }
+
+    fn volumetric(density: f64, law: Volumetric) -> Self {
+        Self { density, volumetric: Some(law), solid: None, viscosity: None }
+    }
+
+    /// A solid whose stress comes from F alone.
+    pub fn solid(density: f64, law: SolidLaw, transverse: Transverse) -> Self {
+        Self { density, volumetric: None, solid: Some(Solid { law, transverse }), viscosity: None }
+    }
+
+    /// The same with viscosity.
+    #[must_use]
+    pub fn with_viscosity(self, viscosity: KelvinVoigt) -> Self {
+        Self { viscosity: Some(viscosity), ..self }
+    }
+
+    /// Whether the pressure depends on the evolved volume ratio.
+    pub fn evolves_volume(&self) -> bool {
+        self.volumetric.is_some()
+    }
+
+    /// Bulk modulus of the part of J plus the moduli of the part of F, Pa: `(λ + 2μ, μ)` at rest.
+    fn moduli(&self) -> (f64, f64) {
+        let pressure = self.volumetric.map_or(0.0, |law| -law.pressure_slope(1.0));
+        let (longitudinal, shear) = self.solid.map_or((0.0, 0.0), |solid| solid.moduli());
+        (pressure + longitudinal, shear)
     }
 
     /// Speed of pressure waves at rest, m/s.
     pub fn wave_speed(&self) -> f64 {
-        delegate!(self, law => law.wave_speed())
+        (self.moduli().0 / self.density).sqrt()
     }
 
-    /// Energy density `ψ(J)`, J/m³. NaN or infinite outside the domain.
+    /// Speed of shear waves at rest, m/s; zero for a fluid.
+    pub fn shear_wave_speed(&self) -> f64 {
+        (self.moduli().1 / self.density).sqrt()
+    }
+
+    /// Shear modulus at rest, Pa; zero for a fluid.
+    pub fn shear_modulus(&self) -> f64 {
+        self.moduli().1
+    }
+
+    /// Largest speed of waves, m/s, as seen from reference coordinates: at rest times at least 1, from the smallest
+    /// and largest principal stretches squared. The laws of J grow with the area ratio (3.57), St Venant–Kirchhoff
+    /// with the stretch.
+    pub fn largest_wave_speed(&self, smallest: f64, largest: f64) -> f64 {
+        let compressed = 1.0 / smallest.sqrt();
+        let factor = match &self.solid {
+            None => compressed,
+            Some(solid) => compressed.max(1.0).max(solid.stiffening(largest)),
+        };
+        self.wave_speed() * factor
+    }
+
+    /// Energy density of the part of J, J/m³. NaN or infinite outside the domain.
     pub fn energy(&self, j: f64) -> f64 {
-        delegate!(self, law => law.energy(j))
+        self.volumetric.map_or(0.0, |law| law.energy(j))
     }
 
-    /// Pressure `p(J) = −dψ/dJ`, Pa.
+    /// Pressure `p(J) = −dψ/dJ` of the part of J, Pa.
     pub fn pressure(&self, j: f64) -> f64 {
-        delegate!(self, law => law.pressure(j))
+        self.volumetric.map_or(0.0, |law| law.pressure(j))
     }
 
     /// Slope `dp/dJ`, Pa.
     pub fn pressure_slope(&self, j: f64) -> f64 {
-        delegate!(self, law => law.pressure_slope(j))
+        self.volumetric.map_or(0.0, |law| law.pressure_slope(j))
     }
 
-    /// Discrete derivative `(ψ(J₁) − ψ(J₀))/(J₁ − J₀)`, Pa, and its derivative with respect to `J₁`;
-    /// smooth through `J₁ = J₀`, where it is `ψ′`.
+    /// Discrete derivative `(ψ(J₁) − ψ(J₀))/(J₁ − J₀)` of the part of J, Pa, and its derivative with respect to `J₁`.
     pub fn discrete_slope(&self, j0: f64, j1: f64) -> (f64, f64) {
-        delegate!(self, law => law.discrete_slope(j0, j1))
+        self.volumetric.map_or((0.0, 0.0), |law| law.discrete_slope(j0, j1))
     }
 
-    /// The volume ratio at a given pressure; `None` if the law cannot reach it.
+    /// The volume ratio at a given pressure; `None` if the law cannot reach it, or has no pressure of J.
     pub fn volume_ratio_at(&self, pressure: f64) -> Option<f64> {
-        delegate!(self, law => law.volume_ratio_at(pressure))
+        self.volumetric.and_then(|law| law.volume_ratio_at(pressure))
     }
 
-    /// Whether the law needs `J > 0` and `det F > 0`.
-    pub fn needs_positive_volume(&self) -> bool {
-        matches!(self, Self::HyperelasticVolumetric(_))
+    /// Whether the evolved J must be positive.
+    pub fn needs_positive_ratio(&self) -> bool {
+        self.volumetric.is_some_and(|law| law.needs_positive_volume())
     }
 
-    /// Whether the pressure is linear in J.
+    /// Whether det F must be positive.
+    pub fn needs_positive_determinant(&self) -> bool {
+        self.needs_positive_ratio() || self.solid.is_some_and(|solid| solid.needs_positive_determinant())
+    }
+
+    /// Whether the stress is linear in J, or in F for a solid, at a constant cofactor.
     pub fn is_linear(&self) -> bool {
-        matches!(self, Self::LinearVolumetric(_))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use approx::assert_relative_eq;
-
-    fn table() -> Vec<Material> {
-        let hyperelastic = |exponent| {
-            Material::HyperelasticVolumetric(HyperelasticVolumetric { density: 900.0, bulk_modulus: 2e4, exponent })
-        };
-        vec![
-            Material::LinearVolumetric(LinearVolumetric { density: 1000.0, bulk_modulus: 1e6 }),
-            hyperelastic(1.0),
-            hyperelastic(1.4),
-            hyperelastic(7.0),
-        ]
-    }
-
-    #[test]
-    fn pressure_and_slope_are_derivatives_of_the_energy() {
-        for law in table() {
-            for j in [0.6, 0.9, 1.0, 1.2, 2.0] {
-                let h = 1e-6;
-                let scale = law.density() * law.wave_speed().powi(2);
-                let p = -(law.energy(j + h) - law.energy(j - h)) / (2.0 * h);
-                assert_relative_eq!(law.pressure(j) / scale, p / scale, epsilon = 1e-7);
-                let slope = (law.pressure(j + h) - law.pressure(j - h)) / (2.0 * h);
-                assert_relative_eq!(law.pressure_slope(j) / scale, slope / scale, epsilon = 1e-6, max_relative = 1e-7);
-            }
-            assert_eq!(law.energy(1.0), 0.0);
-            assert_eq!(law.pressure(1.0), 0.0);
-            let c2 = -law.pressure_slope(1.0) / law.density();
-            assert_relative_eq!(c2.sqrt(), law.wave_speed(), max_relative = 1e-14);
-        }
-    }
-
-    #[test]
-    fn the_discrete_slope_is_exact_and_smooth_through_equal_states() {
-        for law in table() {
-            let scale = law.density() * law.wave_speed().powi(2);
-            for j0 in [0.7, 1.0, 1.5] {
-                for step in [0.0, 1e-12, 1e-7, 9e-4, 1.1e-3, 1e-2, -0.2, 0.4] {
-                    let j1 = j0 + step;
-                    let (slope, by_end) = law.discrete_slope(j0, j1);
-                    // Exactness, where the quotient itself can be trusted.
-                    let quotient = (law.energy(j1) - law.energy(j0)) / step;
-                    if step.abs() > 1e-3 {
-                        assert_relative_eq!(slope / scale, quotient / scale, epsilon = 1e-13, max_relative = 1e-12);
-                    }
-                    // ψ* = ψ′(mean) + ψ‴ ΔJ²/24 + …, with ψ‴ up to 56 J⁻⁹ κ in this table.
-                    let middle = -law.pressure(0.5 * (j0 + j1));
-                    if step.abs() <= 1e-2 {
-                        assert!((slope - middle).abs() < scale * (20.0 * step * step + 1e-13));
-                    }
-                    let h = 1e-5;
-                    let numeric = (law.discrete_slope(j0, j1 + h).0 - law.discrete_slope(j0, j1 - h).0) / (2.0 * h);
-                    assert_relative_eq!(by_end / scale, numeric / scale, epsilon = 1e-8, max_relative = 1e-7);
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn volume_ratio_inverts_the_pressure() {
-        for law in table() {
-            for j in [0.7, 1.0, 1.3] {
-                assert_relative_eq!(law.volume_ratio_at(law.pressure(j)).expect("reachable"), j, epsilon = 1e-12);
-            }
-        }
-        // A hyperelastic fluid cannot be pulled below −κ.
-        assert_eq!(table()[3].volume_ratio_at(-3e4), None);
+        self.viscosity.is_none()
+            && self.volumetric.is_none_or(|law| law.is_linear())
+            && self.solid.is_none_or(|solid| solid.is_linear())
     }
 }

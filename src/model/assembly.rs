@@ -291,6 +291,18 @@ impl<const D: usize> Model<D> {
                     block.rate_by_displacement += rate * weight;
                 }
             }
+            if let Some(viscous) = self.linearisation.viscous.get(c) {
+                for (&slot, inner) in into.iter().zip(neighbourhood.row(c)) {
+                    let weight = &self.gradient.weights[inner];
+                    let block = &mut blocks[slot as usize].force_by_velocity;
+                    for i in 0..D {
+                        for (j, tangent) in viscous[i].iter().enumerate() {
+                            let row = (tangent * weight) * transposed[j];
+                            (0..D).for_each(|k| block[(i, k)] -= row[k]);
+                        }
+                    }
+                }
+            }
         }
         if with_volume && self.terms.volume_rate {
             let cofactor = &self.linearisation.particles[a].point.cofactor;

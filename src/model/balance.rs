@@ -6,15 +6,16 @@ use nicolson_solvers::EvaluationError;
 
 use super::Model;
 use super::evaluation::VolumeRatios;
+use crate::material::KelvinVoigt;
 use crate::setup::Constraint;
-use crate::tensor::Vector;
+use crate::tensor::{Tensor, Vector};
 
 /// Energies of a state, J (per thickness in 2D, per area in 1D).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Energies {
     /// `Σ ½ m v²`.
     pub kinetic: f64,
-    /// `Σ V ψ(J)`.
+    /// `Σ V ψ`.
     pub internal: f64,
 }
 
@@ -42,7 +43,11 @@ impl<const D: usize> Model<D> {
         let ratios = self.volume_ratios(state);
         Energies {
             kinetic: self.sum(|a| 0.5 * self.masses[a] * self.velocity(state, a).norm_squared()),
-            internal: self.sum(|a| self.setup.particles.volumes[a] * self.material(a).energy(ratios[a])),
+            internal: self.sum(|a| {
+                let material = self.material(a);
+                let solid = material.solid.map_or(0.0, |solid| solid.energy(&self.deformation(state, a)));
+                self.setup.particles.volumes[a] * (material.energy(ratios[a]) + solid)
+            }),
         }
     }
 
@@ -104,19 +109,28 @@ impl<const D: usize> Model<D> {
         Ok(())
     }
 
-    /// Power that the upwinding takes out, W: `−Σ v·V D_v + Σ V p D_p`. Zero without stabilisation.
+    /// Whether any term takes energy out.
+    pub fn dissipates(&self) -> bool {
+        self.upwind.is_some() || self.materials.iter().any(|(law, _)| law.viscosity.is_some())
+    }
+
+    /// Power that upwinding and viscosity take out, W: `−Σ v·V D_v + Σ V p D_p + Σ V P_v:L`. Zero without both.
     ///
     /// # Errors
     /// If the state is outside the domain of the law.
     pub fn dissipation(&mut self, t: f64, state: &[f64]) -> Result<f64, EvaluationError> {
-        if self.upwind.is_none() {
+        if !self.dissipates() {
             return Ok(0.0);
         }
         self.evaluate_state(t, state)?;
         Ok(self.sum(|a| {
-            let (force, rate) = self.workspace.pairs[a];
-            let volume = self.setup.particles.volumes[a];
-            self.workspace.points[a].pressure * volume * rate - self.velocity(state, a).dot(&force)
+            let (point, volume) = (&self.workspace.points[a], self.setup.particles.volumes[a]);
+            let viscous = |law: KelvinVoigt| volume * law.dissipation(&point.deformation, &point.velocity_gradient);
+            let viscous = self.material(a).viscosity.map_or(0.0, viscous);
+            match self.workspace.pairs.get(a) {
+                Some((force, rate)) => viscous + point.pressure * volume * rate - self.velocity(state, a).dot(force),
+                None => viscous,
+            }
         }))
     }
 
@@ -128,8 +142,18 @@ impl<const D: usize> Model<D> {
         self.evaluate(t, displacement, velocity, VolumeRatios::Given(ratios))
     }
 
-    /// Pressure of every particle, Pa.
+    /// Pressure `−⅓ tr σ` of every particle, Pa, without its viscous part; for a fluid `p(J)`.
     pub fn pressures(&self, state: &[f64]) -> Vec<f64> {
-        self.volume_ratios(state).iter().enumerate().map(|(a, j)| self.material(a).pressure(*j)).collect()
+        let of = |(a, ratio): (usize, &f64)| {
+            let material = self.material(a);
+            let solid = material.solid.map_or(0.0, |solid| solid.pressure(&self.deformation(state, a)).1);
+            material.pressure(*ratio) + solid
+        };
+        self.volume_ratios(state).iter().enumerate().map(of).collect()
+    }
+
+    /// Deformation gradient of a particle.
+    pub fn deformation(&self, state: &[f64], a: usize) -> Tensor<D> {
+        Tensor::identity() + self.gradient.of(a, self.displacements(state))
     }
 }

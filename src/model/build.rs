@@ -10,7 +10,7 @@ use super::unknowns::{Numbering, Unknowns};
 use super::{Clocks, Model, Terms};
 use crate::discretisation::{DiscretisationError, Gradient, describe_particle};
 use crate::material::Material;
-use crate::setup::{CofactorChoice, Constraint, Setup};
+use crate::setup::{Body, CofactorChoice, Constraint, Setup};
 use crate::stabilisation::Upwind;
 use crate::tensor::{Tensor, determinant};
 
@@ -53,9 +53,14 @@ impl<const D: usize> Model<D> {
         for (index, body) in setup.bodies.iter().enumerate() {
             body_of[body.particles.clone()].fill(index as u32);
         }
+        // Where nothing reads the evolved J, its cofactor would only bring in its drift.
+        let cofactor = |body: &Body| match body.material.evolves_volume() {
+            true => body.cofactor,
+            false => CofactorChoice::Geometric,
+        };
         let materials: Vec<(Material, CofactorChoice)> =
-            setup.bodies.iter().map(|body| (body.material.into(), body.cofactor)).collect();
-        let density = |a: usize| materials[body_of[a] as usize].0.density();
+            setup.bodies.iter().map(|body| (body.material, cofactor(body))).collect();
+        let density = |a: usize| materials[body_of[a] as usize].0.density;
         let densities: Vec<f64> = (0..count).map(density).collect();
         let masses: Vec<f64> = setup.particles.volumes.iter().zip(&densities).map(|(v, rho)| v * rho).collect();
 
@@ -124,14 +129,19 @@ impl<const D: usize> Model<D> {
             let material = self.material(a);
             let det = determinant(&(Tensor::identity() + self.gradient.of(a, &state)));
             let ratio = match &self.setup.initial.pressure {
-                None => det,
-                Some(pressure) => material.volume_ratio_at(pressure[a]).ok_or_else(|| ModelError::InitialState {
-                    place: place(),
-                    reason: format!("the law cannot reach a pressure of {:e} Pa", pressure[a]),
-                    remedy: "the largest tension is the bulk modulus; reduce the initial pressure's magnitude".into(),
-                })?,
+                Some(pressure) if material.evolves_volume() => {
+                    material.volume_ratio_at(pressure[a]).ok_or_else(|| ModelError::InitialState {
+                        place: place(),
+                        reason: format!("the law cannot reach a pressure of {:e} Pa", pressure[a]),
+                        remedy: "the largest tension is the bulk modulus; reduce the initial pressure's magnitude"
+                            .into(),
+                    })?
+                }
+                _ => det,
             };
-            if material.needs_positive_volume() && (ratio <= 0.0 || det <= 0.0) {
+            if (material.needs_positive_ratio() && ratio <= 0.0)
+                || (material.needs_positive_determinant() && det <= 0.0)
+            {
                 return Err(ModelError::InitialState {
                     place: place(),
                     reason: format!("volume ratio {ratio:e} and det F = {det:e} must be positive"),
@@ -146,12 +156,16 @@ impl<const D: usize> Model<D> {
     /// Whether the equations are linear by structure: a linear law with the geometric cofactor, in
     /// one dimension, or with all but one direction of motion held still everywhere (H is then
     /// constant along the motion), and no upwinding along a direction that turns or with a speed that
-    /// changes.
+    /// changes. Linear elasticity is linear in every dimension.
     pub(super) fn structurally_linear(&self) -> bool {
         let laws =
             self.materials.iter().all(|(law, cofactor)| law.is_linear() && *cofactor == CofactorChoice::Geometric);
         if !laws {
             return false;
+        }
+        if self.materials.iter().all(|(law, _)| !law.evolves_volume()) {
+            // P is linear in F in any dimension; an evolved J would not be.
+            return self.upwind.is_none() && self.unknowns.kind() == Unknowns::Velocity;
         }
         let steady_upwind = self.upwind.as_ref().is_none_or(|u| D == 1 && !u.options.deformed_wave_speed);
         let still = |component: usize| {

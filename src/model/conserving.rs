@@ -8,15 +8,11 @@
 //! J₁ − J₀ = H* : (F₁ − F₀)    exactly
 //! ```
 //!
-//! | D | `H*` |
-//! |---|---|
-//! | 1 | 1 |
-//! | 2 | `cof F̄` |
-//! | 3 | `F̄ (2/(√det C₀ + √det C₁)) (cof C̄ + cof(ΔC)/12)` |
+//! with the discrete cofactor H* of [`CofactorSecant`], and for solids the chords of their energies
+//! ([`crate::material`]).
 //!
 //! Then `Σ V P* : ΔF = Σ V (ψ₁ − ψ₀)`: total energy is constant for any Δt, and falls by exactly the
-//! upwinding's dissipation. `P* F̄ᵀ` is symmetric, so angular momentum is exact, too. The simpler
-//! `cof F̄ + cof(ΔF)/12` in 3D would lose that. With the evolved cofactor `J F⁻ᵀ`, J and det F keep
+//! upwinding's dissipation. `P* F̄ᵀ` is symmetric, so angular momentum is exact, too. With the evolved cofactor `J F⁻ᵀ`, J and det F keep
 //! their ratio, by which `H*` is multiplied.
 //!
 //! The unknown is the mean velocity: the problem has the form of an implicit stage at the mid-point,
@@ -29,7 +25,7 @@ use nicolson_solvers::time::{ConservingSystem, StageSystem, System};
 use super::Model;
 use super::evaluation::{Failure, Point};
 use crate::setup::{CofactorChoice, Constraint};
-use crate::tensor::{Tensor, cofactor, cofactor_variation, contract, determinant};
+use crate::tensor::{CofactorSecant, Tensor, cofactor, contract, determinant};
 
 /// Configuration of a particle at the start of a conserving step.
 #[derive(Debug, Clone, Copy)]
@@ -41,62 +37,51 @@ pub struct StepStart<const D: usize> {
     ratio: f64,
 }
 
-/// `H*/ratio` at a mean configuration, with what its variation needs.
-struct Secant<const D: usize> {
-    end: Tensor<D>,
-    value: Tensor<D>,
-}
-
-fn secant<const D: usize>(start: &StepStart<D>, mean: &Tensor<D>) -> Secant<D> {
-    let end = mean * 2.0 - start.deformation;
-    let value = if D < 3 {
-        cofactor(mean)
-    } else {
-        let (core, scale) = cauchy_green_secant(start, &end);
-        mean * core * scale
-    };
-    Secant { end, value }
-}
-
-/// `cof C̄ + cof(ΔC)/12` and `2/(√det C₀ + √det C₁)`.
-fn cauchy_green_secant<const D: usize>(start: &StepStart<D>, end: &Tensor<D>) -> (Tensor<D>, f64) {
-    let c0 = start.deformation.transpose() * start.deformation;
-    let c1 = end.transpose() * end;
-    let core = cofactor(&((c0 + c1) * 0.5)) + cofactor(&(c1 - c0)) / 12.0;
-    (core, 2.0 / (start.determinant + determinant(end)))
+impl<const D: usize> StepStart<D> {
+    /// `H*/ratio` over the step to a mean configuration.
+    pub(super) fn secant(&self, mean: &Tensor<D>) -> CofactorSecant<D> {
+        CofactorSecant::new(self.deformation, self.determinant, *mean)
+    }
 }
 
 impl<const D: usize> Model<D> {
-    /// The law of a conserving step at one particle: `point.deformation` is `F̄`.
+    /// The law of a conserving step at one particle: `point.deformation` is `F̄`. Returns the part of the stress that
+    /// does not come from J.
     pub(super) fn conserving_law(
         &self,
         a: usize,
         start: &StepStart<D>,
         shift: f64,
         point: &mut Point<D>,
-    ) -> Result<(), Failure> {
+    ) -> Result<Tensor<D>, Failure> {
         let material = self.material(a);
-        let secant = secant(start, &point.deformation);
+        let secant = start.secant(&point.deformation);
+        let value = secant.value();
         let det = determinant(&secant.end);
         // F₁ − F₀ from the mean velocity, whose power the stress does: the difference of two determinants is
         // the same number, but after large shear it has lost its digits, and the energy with them.
-        let increment = contract(&secant.value, &point.velocity_gradient) * (2.0 * shift);
-        point.volume_ratio = start.volume_ratio + start.ratio * increment;
-        let needs_domain = material.needs_positive_volume() || D == 3 || start.ratio != 1.0;
+        let increment = contract(&value, &point.velocity_gradient) * (2.0 * shift);
+        point.volume_ratio = if material.evolves_volume() { start.volume_ratio + start.ratio * increment } else { det };
+        let needs_domain = material.needs_positive_determinant() || D == 3 || start.ratio != 1.0;
         if needs_domain && det <= 0.0 {
             return Err(Failure::Determinant);
         }
-        if material.needs_positive_volume() && point.volume_ratio <= 0.0 {
+        if material.needs_positive_ratio() && point.volume_ratio <= 0.0 {
             return Err(Failure::VolumeRatio);
         }
         point.pressure = -material.discrete_slope(start.volume_ratio, point.volume_ratio).0;
-        point.cofactor = secant.value * start.ratio;
-        point.rate = (point.volume_ratio - start.volume_ratio) / (2.0 * shift);
+        point.cofactor = value * start.ratio;
+        point.rate = start.ratio * increment / (2.0 * shift);
         point.wave_speed = material.wave_speed();
-        if point.pressure.is_finite() && point.rate.is_finite() { Ok(()) } else { Err(Failure::NotFinite) }
+        let mut solid = material.solid.map_or_else(Tensor::zeros, |solid| solid.conserving_stress(&secant));
+        if let Some(viscosity) = &material.viscosity {
+            solid += viscosity.stress(&point.deformation, &point.velocity_gradient);
+        }
+        let finite = point.pressure.is_finite() && point.rate.is_finite();
+        if finite && solid.iter().all(|value| value.is_finite()) { Ok(solid) } else { Err(Failure::NotFinite) }
     }
 
-    /// `∂P*/∂F̄ : A`.
+    /// `∂P*/∂F̄ : A` of the part of J.
     pub(super) fn conserving_variation(
         &self,
         a: usize,
@@ -104,25 +89,11 @@ impl<const D: usize> Model<D> {
         point: &Point<D>,
         direction: &Tensor<D>,
     ) -> Tensor<D> {
-        let secant = secant(start, &point.deformation);
+        let secant = start.secant(&point.deformation);
         // δF₁ = 2 δF̄.
-        let end_variation = direction * 2.0;
-        let det_variation = contract(&cofactor(&secant.end), &end_variation);
+        let det_variation = 2.0 * contract(&cofactor(&secant.end), direction);
         let (slope, by_end) = self.material(a).discrete_slope(start.volume_ratio, point.volume_ratio);
-        let value_variation = if D < 3 {
-            cofactor_variation(&point.deformation, direction)
-        } else {
-            let (core, scale) = cauchy_green_secant(start, &secant.end);
-            let half = secant.end.transpose() * end_variation;
-            let c_variation = half + half.transpose();
-            let c0 = start.deformation.transpose() * start.deformation;
-            let c1 = secant.end.transpose() * secant.end;
-            let core_variation = cofactor_variation(&((c0 + c1) * 0.5), &c_variation) * 0.5
-                + cofactor_variation(&(c1 - c0), &c_variation) / 12.0;
-            let scale_variation = -0.5 * scale * scale * det_variation;
-            (direction * core + point.deformation * core_variation) * scale + point.deformation * core * scale_variation
-        };
-        (secant.value * (by_end * start.ratio * det_variation) + value_variation * slope) * start.ratio
+        (secant.value() * (by_end * start.ratio * det_variation) + secant.variation(direction) * slope) * start.ratio
     }
 }
 

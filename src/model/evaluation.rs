@@ -106,6 +106,8 @@ impl<const D: usize> Workspace<D> {
 pub(super) enum Failure {
     VolumeRatio,
     Determinant,
+    /// No outer stretch is free of stress.
+    Transverse,
     NotFinite,
 }
 
@@ -142,11 +144,12 @@ impl<const D: usize> Model<D> {
             |(a, (point, stress))| {
                 point.deformation = Tensor::identity() + model.gradient.of(a, displacement);
                 point.velocity_gradient = model.gradient.of(a, velocity);
-                if model.constitutive(a, volume_ratios, point).is_err() {
+                let solid = model.constitutive(a, volume_ratios, point).unwrap_or_else(|_| {
                     bad.fetch_min(a, Ordering::Relaxed);
-                }
+                    Tensor::zeros()
+                });
                 *stress = if model.terms.stress {
-                    point.cofactor * (-point.pressure * model.setup.particles.volumes[a])
+                    (solid - point.cofactor * point.pressure) * model.setup.particles.volumes[a]
                 } else {
                     Tensor::zeros()
                 };
@@ -166,8 +169,14 @@ impl<const D: usize> Model<D> {
         outcome
     }
 
-    /// The law at one particle: cofactor, J, its rate by H:L, and pressure, from F and L.
-    fn constitutive(&self, a: usize, volume_ratios: VolumeRatios<'_, D>, point: &mut Point<D>) -> Result<(), Failure> {
+    /// The law at one particle: cofactor, J, its rate by H:L, and pressure, from F and L. Returns the part of the
+    /// stress that does not come from J.
+    fn constitutive(
+        &self,
+        a: usize,
+        volume_ratios: VolumeRatios<'_, D>,
+        point: &mut Point<D>,
+    ) -> Result<Tensor<D>, Failure> {
         if let VolumeRatios::Conserving { start, shift } = volume_ratios {
             return self.conserving_law(a, &start[a], shift, point);
         }
@@ -209,21 +218,27 @@ impl<const D: usize> Model<D> {
         {
             point.volume_ratio = base[a];
         }
-        if material.needs_positive_volume() {
-            if point.volume_ratio <= 0.0 {
-                return Err(Failure::VolumeRatio);
-            }
-            if det <= 0.0 {
-                return Err(Failure::Determinant);
-            }
+        if !material.evolves_volume() && matches!(volume_ratios, VolumeRatios::Stage { .. }) {
+            // Nothing reads J but the output: there it is exact.
+            point.volume_ratio = det;
+        }
+        if material.needs_positive_ratio() && point.volume_ratio <= 0.0 {
+            return Err(Failure::VolumeRatio);
+        }
+        if material.needs_positive_determinant() && det <= 0.0 {
+            return Err(Failure::Determinant);
         }
         point.pressure = material.pressure(point.volume_ratio);
         point.wave_speed = material.wave_speed();
-        if point.pressure.is_finite() && det.is_finite() && point.rate.is_finite() {
-            Ok(())
-        } else {
-            Err(Failure::NotFinite)
+        let mut solid = match &material.solid {
+            Some(solid) => solid.stress(f).ok_or(Failure::Transverse)?,
+            None => Tensor::zeros(),
+        };
+        if let Some(viscosity) = &material.viscosity {
+            solid += viscosity.stress(f, l);
         }
+        let finite = point.pressure.is_finite() && det.is_finite() && point.rate.is_finite();
+        if finite && solid.iter().all(|value| value.is_finite()) { Ok(solid) } else { Err(Failure::NotFinite) }
     }
 
     /// The error of a particle whose law could not be evaluated.
@@ -232,7 +247,10 @@ impl<const D: usize> Model<D> {
         let error = match self.constitutive(a, volume_ratios, &mut point) {
             Err(Failure::Determinant) => EvaluationError::outside_domain("determinant of F", a, det),
             Err(Failure::VolumeRatio) => EvaluationError::outside_domain("volume ratio J", a, point.volume_ratio),
-            _ => EvaluationError::not_finite("pressure or velocity gradient", a, point.pressure),
+            Err(Failure::Transverse) => {
+                EvaluationError::outside_domain("strain of plane stress: determinant of F", a, det)
+            }
+            _ => EvaluationError::not_finite("pressure, stress or velocity gradient", a, point.pressure),
         };
         self.located(error)
     }
@@ -346,14 +364,21 @@ impl<const D: usize> Model<D> {
         pressure
     }
 
-    /// Largest wave speed of a configuration, m/s: `c⁰/√λ_min`, the speed across the most compressed
+    /// Largest wave speed of a configuration, m/s: for a fluid `c⁰/√λ_min`, the speed across the most compressed
     /// direction (3.57).
     pub fn largest_wave_speed(&self, displacement: &[f64]) -> f64 {
         let speed = |a: usize| {
             let f = Tensor::identity() + self.gradient.of(a, displacement);
-            let material: &Material = self.material(a);
-            material.wave_speed() / smallest_stretch(&f).0.sqrt()
+            let (smallest, _) = smallest_stretch(&f);
+            let largest = f.norm_squared() - (D - 1) as f64 * smallest;
+            self.material(a).largest_wave_speed(smallest, largest)
         };
         (0..self.particles()).into_par_iter().with_min_len(GRAIN).map(speed).reduce(|| 0.0, f64::max)
+    }
+
+    /// Largest kinematic viscosity, m²/s.
+    pub(super) fn largest_kinematic_viscosity(&self) -> f64 {
+        let of = |law: &Material| law.viscosity.map_or(0.0, |viscosity| viscosity.modulus() / law.density);
+        self.materials.iter().map(|(law, _)| of(law)).fold(0.0, f64::max)
     }
 }

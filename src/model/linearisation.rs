@@ -21,10 +21,11 @@ use rayon::prelude::*;
 use super::assembly::{OneRing, Slots};
 use super::evaluation::{GRAIN, Point};
 use super::{Clocks, Model, Unknowns};
+use crate::material::Material;
 use crate::setup::CofactorChoice;
 use crate::stabilisation::{PressurePair, VelocityPair};
 use crate::tensor::{
-    Tensor, Tensor4, Vector, apply4, cofactor_variation, contract, outer, smallest_stretch, tensor4_of,
+    Tensor, Tensor4, Vector, add4, apply4, cofactor_variation, contract, outer, smallest_stretch, tensor4_of,
 };
 
 /// Derivatives at one particle.
@@ -48,6 +49,9 @@ pub struct Frozen<const D: usize> {
     pub speed_by_gradient: Tensor<D>,
 }
 
+/// Volume times `∂P/∂L` of the viscosities, per particle; empty without any.
+pub type ViscousTangents<const D: usize> = Vec<Tensor4<D>>;
+
 /// The linearised system.
 #[derive(Debug, Clone, Default)]
 pub struct Linearisation<const D: usize> {
@@ -55,6 +59,8 @@ pub struct Linearisation<const D: usize> {
     pub shift: f64,
     /// Derivatives, per particle.
     pub particles: Vec<Frozen<D>>,
+    /// See [`ViscousTangents`].
+    pub viscous: ViscousTangents<D>,
     /// Displacements and velocities at the point; kept only for pair terms.
     pub displacement: Vec<f64>,
     /// See `displacement`.
@@ -118,6 +124,10 @@ impl<const D: usize> Model<D> {
             .with_min_len(GRAIN)
             .map(|a| model.derivatives(a, points[a], shift))
             .collect_into_vec(&mut frozen.particles);
+        frozen.viscous.clear();
+        if self.terms.stress && self.materials.iter().any(|(law, _)| law.viscosity.is_some()) {
+            frozen.viscous.extend((0..n).map(|a| model.viscous_tangent(a, &points[a])));
+        }
         self.linearisation = frozen;
     }
 
@@ -147,7 +157,7 @@ impl<const D: usize> Model<D> {
             Tensor::zeros()
         };
         let start = self.stage.start.get(a);
-        let stress_by_gradient = tensor4_of(|direction| {
+        let mut stress_by_gradient = tensor4_of(|direction| {
             if let Some(start) = start {
                 let variation = self.conserving_variation(a, start, &point, direction);
                 return if stress { variation * volume } else { Tensor::zeros() };
@@ -155,6 +165,18 @@ impl<const D: usize> Model<D> {
             let direct = if stress { along(direction) * (-point.pressure * volume) } else { Tensor::zeros() };
             if eliminated { direct + stress_by_volume * contract(&chain, direction) } else { direct }
         });
+        if stress && let Some(solid) = &material.solid {
+            // A point without a tangent has no stress either, and was refused when it was evaluated.
+            let tangent = match start {
+                Some(start) => Some(solid.conserving_tangent(&start.secant(&point.deformation))),
+                None => solid.tangent(&point.deformation),
+            };
+            tangent.iter().for_each(|tangent| add4(&mut stress_by_gradient, tangent, volume));
+        }
+        if stress && let Some(viscosity) = &material.viscosity {
+            let (by_deformation, _) = viscosity.tangents(&point.deformation, &point.velocity_gradient);
+            add4(&mut stress_by_gradient, &by_deformation, volume);
+        }
         let deformed = self.upwind.as_ref().is_some_and(|upwind| upwind.options.deformed_wave_speed);
         let speed_by_gradient = if deformed {
             let (lambda, u) = smallest_stretch(&point.deformation);
@@ -172,6 +194,16 @@ impl<const D: usize> Model<D> {
             pressure_slope,
             speed_by_gradient,
         }
+    }
+
+    /// Volume times `∂P_v/∂L`.
+    fn viscous_tangent(&self, a: usize, point: &Point<D>) -> Tensor4<D> {
+        let mut out = [[Tensor::zeros(); D]; D];
+        if let Some(viscosity) = &self.material(a).viscosity {
+            let (_, by_rate) = viscosity.tangents(&point.deformation, &point.velocity_gradient);
+            add4(&mut out, &by_rate, self.setup.particles.volumes[a]);
+        }
+        out
     }
 
     /// D_v of an entry at the frozen point; `None` without D_v or for a self-entry.
@@ -228,6 +260,9 @@ impl<const D: usize> Model<D> {
             speed: contract(&frozen.speed_by_gradient, &gradient),
             rate: 0.0,
         };
+        if let Some(viscous) = self.linearisation.viscous.get(a) {
+            out.stress += apply4(viscous, &self.gradient.of(a, field.velocity));
+        }
         if let Some(&volume) = field.volume.get(a) {
             let velocity_gradient = self.gradient.of(a, field.velocity);
             out.stress += frozen.stress_by_volume * volume;
@@ -294,8 +329,15 @@ impl<const D: usize> Tangent for Model<D> {
 
     /// The velocities of a linear scene have the tangent `M + s² Gᵀ V κ G + s C`, with the symmetric
     /// damping C of D_v. In general the derivative of `J = J̃ + s H:L` through H, D_p and the
-    /// reconstruction are not symmetric.
+    /// reconstruction are not symmetric. Neither is the discrete gradient of an energy–momentum step. The Hessian of
+    /// a stored energy of F alone is.
     fn symmetry(&self) -> Symmetry {
+        let conserving = !self.stage.start.is_empty();
+        let elastic = |law: &Material| !law.evolves_volume() && law.viscosity.is_none();
+        let hessian = self.upwind.is_none() && self.materials.iter().all(|(law, _)| elastic(law));
+        if hessian && !conserving && self.unknowns.kind() == Unknowns::Velocity && !self.linear {
+            return Symmetry::Symmetric;
+        }
         let reconstructed = self.upwind.as_ref().is_some_and(|upwind| upwind.options.reconstructed);
         if self.linear && self.structurally_linear() && self.unknowns.kind() == Unknowns::Velocity && !reconstructed {
             Symmetry::PositiveDefinite

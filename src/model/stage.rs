@@ -86,7 +86,14 @@ impl<const D: usize> System for Model<D> {
 
     fn stable_step(&mut self, _t: f64, state: &[f64]) -> f64 {
         let speed = self.largest_wave_speed(self.displacements(state));
-        self.cfl * self.smallest_distance / speed
+        let wave = self.cfl * self.smallest_distance / speed;
+        // A viscous mode decays at the rate ν k²; both limits together bind sooner than either.
+        let diffusivity = self.largest_kinematic_viscosity();
+        if diffusivity == 0.0 {
+            return wave;
+        }
+        let viscous = self.cfl * self.smallest_distance * self.smallest_distance / diffusivity;
+        wave * viscous / (wave + viscous)
     }
 
     fn stages(&mut self) -> Option<&mut dyn StageSystem> {
@@ -194,7 +201,7 @@ impl<const D: usize> Model<D> {
     fn residual_scale(&self, a: usize, v: f64, base: f64) -> f64 {
         let point = &self.workspace.points[a];
         let material = self.material(a);
-        let modulus = material.density() * material.wave_speed().powi(2);
+        let modulus = material.density * material.wave_speed().powi(2);
         let moved = crate::tensor::vector_at::<D>(&self.stage.trial, a).norm();
         let root = (D as f64).sqrt();
         let cofactor = (point.cofactor.norm() / root).max(1.0 + self.reach[a] * moved / root);

@@ -23,7 +23,7 @@ pub struct Entry {
     pub internal: f64,
     /// Work of loads and moving constraints since the start, J.
     pub external: f64,
-    /// Energy dissipated by upwinding since the start, J.
+    /// Energy dissipated by upwinding and viscosity since the start, J.
     pub dissipated: f64,
     /// `kinetic + internal − external`, J.
     pub total: f64,
@@ -130,7 +130,7 @@ impl Ledger {
         time: f64,
         state: &[f64],
     ) -> Result<Entry, EvaluationError> {
-        if model.upwind().is_some() {
+        if model.dissipates() {
             self.mean.clear();
             self.mean.extend(self.state.iter().zip(state).map(|(a, b)| 0.5 * (a + b)));
             let middle = 0.5 * (self.time + time);

@@ -3,6 +3,7 @@
 
 pub mod scenes;
 
+use nicolson::material::Material;
 use nicolson::model::Noise;
 use nicolson::setup::*;
 use nicolson::tensor::Vector;
@@ -35,17 +36,17 @@ pub fn particles<const D: usize>(counts: [usize; D], spacing: f64, shake: f64) -
 }
 
 /// A hyperelastic law with γ = 7, c = 10 m/s, ρ = 1000 kg/m³.
-pub fn fluid() -> MaterialChoice {
-    MaterialChoice::HyperelasticVolumetric { density: 1000.0, bulk_modulus: 1e5 / 7.0, exponent: 7.0 }
+pub fn fluid() -> Material {
+    Material::hyperelastic_volumetric(1000.0, 1e5 / 7.0, 7.0)
 }
 
 /// A linear law with the same wave speed.
-pub fn linear() -> MaterialChoice {
-    MaterialChoice::LinearVolumetric { density: 1000.0, bulk_modulus: 1e5 }
+pub fn linear() -> Material {
+    Material::linear_volumetric(1000.0, 1e5)
 }
 
 /// One free body on a given cloud, at rest.
-pub fn setup<const D: usize>(particles: Particles<D>, spacing: f64, material: MaterialChoice) -> Setup<D> {
+pub fn setup<const D: usize>(particles: Particles<D>, spacing: f64, material: Material) -> Setup<D> {
     let n = particles.positions.len();
     Setup {
         title: "test".into(),

@@ -6,10 +6,11 @@ use nalgebra::SVector;
 use super::Context;
 use super::boundary::Boundary;
 use crate::expression::Expression;
+use crate::material::Volumetric;
 use crate::scene::checks::{padded, place};
 use crate::scene::document::{FieldList, HydrostaticText, Spanned};
 use crate::scene::findings::Span;
-use crate::setup::{Constraint, InitialState, MaterialChoice};
+use crate::setup::{Constraint, InitialState};
 
 /// The initial state; `gravity` is `None` if it was wrong.
 pub(super) fn read<const D: usize>(
@@ -142,10 +143,7 @@ fn hydrostatic<const D: usize>(
     let mut pressure = vec![0.0; context.particles.positions.len()];
     let mut above = 0;
     for made in context.bodies.iter() {
-        let density = match made.body.material {
-            MaterialChoice::LinearVolumetric { density, .. }
-            | MaterialChoice::HyperelasticVolumetric { density, .. } => density,
-        };
+        let density = made.body.material.density;
         let slack = 1e-9 * made.size();
         for particle in made.body.particles.clone() {
             let depth = level - context.particles.positions[particle].dot(&up);
@@ -171,13 +169,10 @@ fn possible<const D: usize>(context: &mut Context<'_, '_, D>, pressure: &[f64], 
     for made in context.bodies.iter() {
         for particle in made.body.particles.clone() {
             let p = pressure[particle];
-            let (fits, limit) = match made.body.material {
-                MaterialChoice::LinearVolumetric { bulk_modulus, .. } => {
-                    (p < bulk_modulus, format!("below {bulk_modulus}"))
-                }
-                MaterialChoice::HyperelasticVolumetric { bulk_modulus, .. } => {
-                    (p > -bulk_modulus, format!("above {}", -bulk_modulus))
-                }
+            let (fits, limit) = match made.body.material.volumetric {
+                Some(Volumetric::Linear(law)) => (p < law.bulk_modulus, format!("below {}", law.bulk_modulus)),
+                Some(Volumetric::Hyperelastic(law)) => (p > -law.bulk_modulus, format!("above {}", -law.bulk_modulus)),
+                None => (p == 0.0, "zero (its law has no pressure of its own)".into()),
             };
             if !fits {
                 let position = place(&context.particles.positions[particle]);

@@ -1,18 +1,19 @@
 //! Constitutive laws: density and one way of giving the modulus.
 
+use super::solid;
+use crate::material::Material;
 use crate::scene::document::{HyperelasticText, LinearText, MaterialText, Number};
 use crate::scene::findings::{Findings, Span};
-use crate::setup::MaterialChoice;
 
 /// The law with its parameters; `None` if a mistake was noted.
-pub(super) fn read<const D: usize>(text: &MaterialText, findings: &mut Findings<'_>) -> Option<MaterialChoice> {
+pub(super) fn read<const D: usize>(text: &MaterialText, findings: &mut Findings<'_>) -> Option<Material> {
     match text {
         MaterialText::LinearVolumetric(table) => {
             let LinearText { density, bulk_modulus, youngs_modulus, poissons_ratio, wave_speed } = table.get_ref();
             let given = Given { bulk_modulus, youngs_modulus, poissons_ratio, wave_speed };
             let density = findings.positive(density, "density");
             let bulk_modulus = modulus::<D>(&given, density, 1.0, table.span(), findings);
-            Some(MaterialChoice::LinearVolumetric { density: density?, bulk_modulus: bulk_modulus? })
+            Some(Material::linear_volumetric(density?, bulk_modulus?))
         }
         MaterialText::HyperelasticVolumetric(table) => {
             let HyperelasticText { density, gamma, bulk_modulus, youngs_modulus, poissons_ratio, wave_speed } =
@@ -22,11 +23,14 @@ pub(super) fn read<const D: usize>(text: &MaterialText, findings: &mut Findings<
             let exponent = findings.within(gamma, "gamma", "at least 1", |gamma| gamma >= 1.0);
             // A wrong exponent is one mistake; the modulus is still looked at.
             let bulk_modulus = modulus::<D>(&given, density, exponent.unwrap_or(1.0), table.span(), findings);
-            Some(MaterialChoice::HyperelasticVolumetric {
-                density: density?,
-                bulk_modulus: bulk_modulus?,
-                exponent: exponent?,
-            })
+            Some(Material::hyperelastic_volumetric(density?, bulk_modulus?, exponent?))
+        }
+        MaterialText::LinearElastic(table) => solid::elastic::<D>(table.get_ref(), true, table.span(), findings),
+        MaterialText::StVenantKirchhoff(table) => solid::elastic::<D>(table.get_ref(), false, table.span(), findings),
+        MaterialText::NeoHookean(table) => solid::neo_hookean::<D>(table.get_ref(), table.span(), findings),
+        MaterialText::MooneyRivlin(table) => solid::mooney_rivlin::<D>(table.get_ref(), findings),
+        MaterialText::NearlyIncompressible(table) => {
+            solid::nearly_incompressible(table.get_ref(), table.span(), findings)
         }
     }
 }

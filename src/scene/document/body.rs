@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{Number, Text, Vector};
+use super::{MaterialText, Number, Text, Vector};
 use crate::geometry::Layout;
 use crate::setup::{CofactorChoice, KernelChoice, WeightChoice};
 
@@ -116,35 +116,4 @@ impl From<CofactorText> for CofactorChoice {
             CofactorText::Evolved => Self::Evolved,
         }
     }
-}
-
-#[derive(Debug, Clone, Deserialize)]
-#[serde(
-    rename_all = "snake_case",
-    expecting = "a material, such as `material.linear_volumetric = { density = 1000, bulk_modulus = 1e6 }`"
-)]
-pub(in crate::scene) enum MaterialText {
-    LinearVolumetric(Spanned<LinearText>),
-    HyperelasticVolumetric(Spanned<HyperelasticText>),
-}
-
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table with `density` and a modulus")]
-pub(in crate::scene) struct LinearText {
-    pub density: Number,
-    pub bulk_modulus: Option<Number>,
-    pub youngs_modulus: Option<Number>,
-    pub poissons_ratio: Option<Number>,
-    pub wave_speed: Option<Number>,
-}
-
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a table with `density`, `gamma` and a modulus")]
-pub(in crate::scene) struct HyperelasticText {
-    pub density: Number,
-    pub gamma: Number,
-    pub bulk_modulus: Option<Number>,
-    pub youngs_modulus: Option<Number>,
-    pub poissons_ratio: Option<Number>,
-    pub wave_speed: Option<Number>,
 }

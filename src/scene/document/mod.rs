@@ -5,15 +5,20 @@
 
 mod body;
 mod conditions;
+mod material;
 mod numerics;
 mod value;
 
 use serde::Deserialize;
 pub(in crate::scene) use toml::Spanned;
 
-pub(in crate::scene) use body::{BodyText, BoxText, HyperelasticText, LinearText, MaterialText, PointsText, ShapeText};
+pub(in crate::scene) use body::{BodyText, BoxText, PointsText, ShapeText};
 pub(in crate::scene) use conditions::{
     AxisName, BoundaryText, ExactText, HydrostaticText, InitialText, ProbeMode, ProbeText, SelectText, TractionText,
+};
+pub(in crate::scene) use material::{
+    HyperelasticText, LinearText, MaterialText, MooneyRivlinText, NearlyIncompressibleText, NeoHookeanText, SolidText,
+    TransverseText,
 };
 pub(in crate::scene) use numerics::{
     AdaptiveText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText,

@@ -3,6 +3,10 @@
 //! nalgebra's determinant and inverse need bounds that generic code would have to repeat everywhere;
 //! the three cases are written out here once.
 
+mod secant;
+
+pub use secant::CofactorSecant;
+
 use nalgebra::{SMatrix, SVector};
 
 /// A vector of `D` components.
@@ -63,6 +67,18 @@ pub fn cofactor_variation<const D: usize>(f: &Tensor<D>, a: &Tensor<D>) -> Tenso
     }
 }
 
+/// `det(I + G) − 1`, which keeps its digits for small G.
+pub fn dilation<const D: usize>(g: &Tensor<D>) -> f64 {
+    match D {
+        1 => g[(0, 0)],
+        2 => g[(0, 0)] + g[(1, 1)] + determinant(g),
+        _ => {
+            let minor = |i: usize, j: usize| g[(i, i)] * g[(j, j)] - g[(i, j)] * g[(j, i)];
+            g[(0, 0)] + g[(1, 1)] + g[(2, 2)] + minor(0, 1) + minor(1, 2) + minor(0, 2) + determinant(g)
+        }
+    }
+}
+
 /// Inverse; `None` if the determinant vanishes or is not finite.
 pub fn inverse<const D: usize>(f: &Tensor<D>) -> Option<Tensor<D>> {
     let det = determinant(f);
@@ -117,6 +133,13 @@ pub fn tensor4_of<const D: usize>(action: impl Fn(&Tensor<D>) -> Tensor<D>) -> T
     out
 }
 
+/// `T += factor · U`.
+pub fn add4<const D: usize>(t: &mut Tensor4<D>, u: &Tensor4<D>, factor: f64) {
+    for (row, other) in t.iter_mut().flatten().zip(u.iter().flatten()) {
+        *row += other * factor;
+    }
+}
+
 /// `(T : A)_ij = T_ijkl A_kl`.
 pub fn apply4<const D: usize>(t: &Tensor4<D>, a: &Tensor<D>) -> Tensor<D> {
     Tensor::from_fn(|i, j| contract(&t[i][j], a))
@@ -158,8 +181,28 @@ mod tests {
         let (lambda, u) = smallest_stretch(&f);
         assert_relative_eq!(f.transpose() * f * u, u * lambda, epsilon = 1e-12);
         assert_relative_eq!(u.norm(), 1.0, epsilon = 1e-12);
+        assert_relative_eq!(dilation(&(f - Tensor::identity())), determinant(&f) - 1.0, epsilon = 1e-13);
         let t = tensor4_of(|x| cofactor_variation(&f, x));
         assert_relative_eq!(apply4(&t, &a), cofactor_variation(&f, &a), epsilon = 1e-13);
+    }
+
+    fn secant_is_exact_and_symmetric<const D: usize>() {
+        let (start, mean, direction) = (sample::<D>(0.2), sample::<D>(0.4), sample::<D>(2.0));
+        let secant = CofactorSecant::new(start, determinant(&start), mean);
+        let change = determinant(&secant.end) - determinant(&start);
+        assert_relative_eq!(contract(&secant.value(), &(secant.end - start)), change, epsilon = 1e-13);
+        let turning = secant.value() * mean.transpose();
+        assert_relative_eq!(turning, turning.transpose(), epsilon = 1e-13);
+        let at = |h: f64| CofactorSecant::new(start, determinant(&start), mean + direction * h).value();
+        let h = 1e-6;
+        assert_relative_eq!((at(h) - at(-h)) / (2.0 * h), secant.variation(&direction), epsilon = 1e-8);
+    }
+
+    #[test]
+    fn the_discrete_cofactor_gives_the_change_of_the_determinant() {
+        secant_is_exact_and_symmetric::<1>();
+        secant_is_exact_and_symmetric::<2>();
+        secant_is_exact_and_symmetric::<3>();
     }
 
     #[test]

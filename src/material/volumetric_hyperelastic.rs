@@ -1,6 +1,8 @@
 //! `ψ = κ(J−1−(J^{1−γ}−1)/(1−γ))` for γ > 1 and `κ(J−1−ln J)` for γ = 1; `p = κ(J^{−γ}−1)`
 //! (document 004, (6.29)–(6.31)). Domain `J > 0`.
 
+use super::chord;
+
 /// Hyperelastic volumetric law (a nearly incompressible fluid of Tait type).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HyperelasticVolumetric {
@@ -41,24 +43,10 @@ impl HyperelasticVolumetric {
 
     /// `(ψ₁ − ψ₀)/(J₁ − J₀)` and its derivative with respect to `J₁`, Pa.
     ///
-    /// With `k = 1−γ`, `r = ln(J₁/J₀)`: `κ(1 − J₀^{−γ} φ(r))`, `φ = expm1(kr)/(k expm1(r))`, which keeps
-    /// all digits down to `J₁ = J₀`, where a plain quotient would lose them.
+    /// The first is `κ(1 − s)`, with the chord s of `(J^{1−γ}−1)/(1−γ)`.
     pub fn discrete_slope(&self, j0: f64, j1: f64) -> (f64, f64) {
-        let k = 1.0 - self.exponent;
-        let r = (j1 / j0).ln();
-        let growth = r.exp_m1();
-        let scaled = if k == 0.0 { r } else { (k * r).exp_m1() / k };
-        let phi = if growth == 0.0 { 1.0 } else { scaled / growth };
-        let by_r = if r.abs() < 1e-3 {
-            // Series of φ′: the quotient below cancels like 1/r².
-            0.5 * (k - 1.0)
-                + 2.0 * r * (k * k / 6.0 - k / 4.0 + 1.0 / 12.0)
-                + 3.0 * r * r * (k * k * k / 24.0 - k * k / 12.0 + k / 24.0)
-        } else {
-            ((k * r).exp() * growth - scaled * r.exp()) / (growth * growth)
-        };
-        let factor = self.bulk_modulus * j0.powf(-self.exponent);
-        (self.bulk_modulus - factor * phi, -factor * by_r / j1)
+        let (slope, by_end) = chord::power(1.0 - self.exponent, j0, j1);
+        (self.bulk_modulus * (1.0 - slope), -self.bulk_modulus * by_end)
     }
 
     /// `J = (1 + p/κ)^{−1/γ}`; `None` at or below the largest tension −κ.
