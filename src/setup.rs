@@ -119,6 +119,8 @@ pub struct InitialState<const D: usize> {
     pub velocity: Vec<SVector<f64, D>>,
     /// Pressure, Pa (positive in compression); `None`: the volume ratio starts as `det F`.
     pub pressure: Option<Vec<f64>>,
+    /// Whether the displacement is only where the search for the equilibrium under the loads at `t = 0` begins.
+    pub equilibrium: bool,
 }
 
 /// Smoothing kernel.

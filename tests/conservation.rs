@@ -242,7 +242,8 @@ fn pair_powers<const D: usize>(
     let cloud = &setup.particles;
     let n = cloud.positions.len();
     let gradient = Gradient::build(&setup.bodies, cloud).expect("gradient");
-    let upwind = Upwind::build(options, &setup.bodies, cloud, &gradient, &vec![1000.0; n]).expect("upwind");
+    let upwind =
+        Upwind::build(options, &setup.bodies, cloud, &gradient, &vec![&setup.bodies[0].material; n]).expect("upwind");
     let neighbourhood = &gradient.neighbourhood;
     let mut found = PairPowers { pairs: 0, feeding_velocity: 0, feeding_pressure: 0, worst: f64::NEG_INFINITY };
     for seed in 0..5 {

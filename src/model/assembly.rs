@@ -389,7 +389,8 @@ impl<const D: usize> Model<D> {
     fn write_rows(&self, a: usize, ring: &[u32], blocks: &[Block<D>], values: &mut [f64]) {
         let s = self.linearisation.shift;
         let full = self.unknowns.kind() == Unknowns::Full;
-        let mass = self.masses[a];
+        // An equilibrium knows neither inertia nor velocities.
+        let (mass, moving) = if self.linearisation.at_rest { (0.0, 0.0) } else { (self.masses[a], 1.0) };
         let mut out = values.iter_mut();
         let mut put = |value: f64| {
             if let Some(slot) = out.next() {
@@ -404,7 +405,7 @@ impl<const D: usize> Model<D> {
                 for k in (0..D).filter(free) {
                     let inertia = if e == a && i == k { mass } else { 0.0 };
                     let eliminated = if full { 0.0 } else { s * through[(i, k)] };
-                    put(inertia - s * (direct[(i, k)] + eliminated));
+                    put(inertia - s * (moving * direct[(i, k)] + eliminated));
                 }
                 if self.unknowns.volume_ratio(e).is_some() {
                     put(-s * block.force_by_volume[i] / self.volume_unit(e));

@@ -60,14 +60,13 @@ impl<const D: usize> Model<D> {
         };
         let materials: Vec<(Material, CofactorChoice)> =
             setup.bodies.iter().map(|body| (body.material, cofactor(body))).collect();
-        let density = |a: usize| materials[body_of[a] as usize].0.density;
-        let densities: Vec<f64> = (0..count).map(density).collect();
-        let masses: Vec<f64> = setup.particles.volumes.iter().zip(&densities).map(|(v, rho)| v * rho).collect();
+        let laws: Vec<&Material> = body_of.iter().map(|&body| &materials[body as usize].0).collect();
+        let masses: Vec<f64> = setup.particles.volumes.iter().zip(&laws).map(|(v, law)| v * law.density).collect();
 
         let gradient = Gradient::build(&setup.bodies, &setup.particles)?;
         let upwind = match setup.stabilisation.filter(|s| s.tau_v != 0.0 || s.tau_p != 0.0) {
             None => None,
-            Some(options) => Some(Upwind::build(options, &setup.bodies, &setup.particles, &gradient, &densities)?),
+            Some(options) => Some(Upwind::build(options, &setup.bodies, &setup.particles, &gradient, &laws)?),
         };
         let coupled = upwind.as_ref().is_some_and(Upwind::has_pressure);
         let unknowns = match unknowns {

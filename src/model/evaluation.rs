@@ -31,6 +31,11 @@ pub enum VolumeRatios<'a, const D: usize> {
         /// Shift `s`.
         shift: f64,
     },
+    /// They follow the determinant, `J = (J₀/det F₀) det F`: what their rate equation integrates to.
+    Equilibrium {
+        /// `J₀/det F₀`.
+        ratio: &'a [f64],
+    },
     /// A discrete-gradient step: displacements and velocities are means over the step, and the stress
     /// is the one that conserves energy from this start.
     Conserving {
@@ -191,6 +196,7 @@ impl<const D: usize> Model<D> {
                 point.volume_ratio = match volume_ratios {
                     VolumeRatios::Given(j) => j[a],
                     VolumeRatios::Stage { base, shift } => base[a] + shift * point.rate,
+                    VolumeRatios::Equilibrium { ratio } => ratio[a] * det,
                     VolumeRatios::Conserving { .. } => point.volume_ratio,
                 };
             }
@@ -207,6 +213,7 @@ impl<const D: usize> Model<D> {
                         }
                         base[a] / denominator
                     }
+                    VolumeRatios::Equilibrium { ratio } => ratio[a] * det,
                     VolumeRatios::Conserving { .. } => point.volume_ratio,
                 };
                 point.cofactor = transposed * point.volume_ratio;

@@ -25,7 +25,8 @@ use crate::material::Material;
 use crate::setup::CofactorChoice;
 use crate::stabilisation::{PressurePair, VelocityPair};
 use crate::tensor::{
-    Tensor, Tensor4, Vector, add4, apply4, cofactor_variation, contract, outer, smallest_stretch, tensor4_of,
+    Tensor, Tensor4, Vector, add4, apply4, cofactor, cofactor_variation, contract, determinant, outer,
+    smallest_stretch, tensor4_of,
 };
 
 /// Derivatives at one particle.
@@ -57,6 +58,8 @@ pub type ViscousTangents<const D: usize> = Vec<Tensor4<D>>;
 pub struct Linearisation<const D: usize> {
     /// Shift of the stage that was linearised.
     pub shift: f64,
+    /// Whether it was an equilibrium.
+    pub at_rest: bool,
     /// Derivatives, per particle.
     pub particles: Vec<Frozen<D>>,
     /// See [`ViscousTangents`].
@@ -108,6 +111,7 @@ impl<const D: usize> Model<D> {
     pub(super) fn freeze(&mut self) {
         let mut frozen = std::mem::take(&mut self.linearisation);
         frozen.shift = self.stage.shift;
+        frozen.at_rest = self.stage.at_rest;
         frozen.one_ring.take();
         let n = self.particles();
         if self.upwind.is_some() {
@@ -151,7 +155,10 @@ impl<const D: usize> Model<D> {
             (Tensor::zeros(), 0.0)
         };
         let eliminated = self.unknowns.kind() == Unknowns::Velocity;
-        let chain = if eliminated && rate {
+        let chain = if self.stage.at_rest {
+            // δJ = (J/det F) cof F : δF.
+            cofactor(&point.deformation) * (point.volume_ratio / determinant(&point.deformation))
+        } else if eliminated && rate {
             (point.cofactor + rate_by_gradient * shift) / (1.0 - shift * rate_by_volume)
         } else {
             Tensor::zeros()
@@ -239,7 +246,7 @@ impl<const D: usize> Model<D> {
         for a in 0..n {
             for i in 0..D {
                 if let Some(unknown) = self.unknowns.velocity(a, i) {
-                    velocity[a * D + i] = v[unknown];
+                    velocity[a * D + i] = if self.linearisation.at_rest { 0.0 } else { v[unknown] };
                     displacement[a * D + i] = s * v[self.unknowns.displacement(a, i).unwrap_or(unknown)];
                 }
             }
@@ -332,6 +339,10 @@ impl<const D: usize> Tangent for Model<D> {
     /// reconstruction are not symmetric. Neither is the discrete gradient of an energy–momentum step. The Hessian of
     /// a stored energy of F alone is.
     fn symmetry(&self) -> Symmetry {
+        if self.stage.at_rest && self.unknowns.kind() == Unknowns::Velocity {
+            // Without velocities every law is a stored energy.
+            return Symmetry::Symmetric;
+        }
         let conserving = !self.stage.start.is_empty();
         let elastic = |law: &Material| !law.evolves_volume() && law.viscosity.is_none();
         let hessian = self.upwind.is_none() && self.materials.iter().all(|(law, _)| elastic(law));
@@ -360,7 +371,7 @@ impl<const D: usize> Tangent for Model<D> {
             .map(|a| self.vary_rates(a, &field, &points, &stress, &slopes))
             .collect();
         for (a, (force, rate)) in rates.iter().enumerate() {
-            let mass = self.masses[a];
+            let mass = if self.linearisation.at_rest { 0.0 } else { self.masses[a] };
             for i in 0..D {
                 if let Some(row) = self.unknowns.velocity(a, i) {
                     out[row] = mass * v[row] - s * force[i];

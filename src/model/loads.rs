@@ -13,6 +13,18 @@ pub struct Loads<const D: usize> {
     /// Forces at `time`, N; empty if nothing varies.
     varying: Vec<Vector<D>>,
     time: Option<f64>,
+    ramp: Option<Ramp>,
+    /// What the ramp multiplies all loads with at `time`.
+    factor: f64,
+}
+
+/// Loads that grow in proportion to the time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ramp {
+    /// Time at which they are complete, s.
+    pub end: f64,
+    /// Time for which loads that vary are taken, s; `None`: as it goes on.
+    pub frozen: Option<f64>,
 }
 
 impl<const D: usize> Loads<D> {
@@ -23,6 +35,8 @@ impl<const D: usize> Loads<D> {
             constant: Vec::new(),
             varying: if varies { vec![Vector::zeros(); masses.len()] } else { Vec::new() },
             time: None,
+            ramp: None,
+            factor: 1.0,
         };
         let steady_body = setup.body_force.as_ref().filter(|f| !f.iter().any(|e| e.depends_on_time()));
         let steady_tractions = setup.tractions.iter().any(|t| !t.value.iter().any(|e| e.depends_on_time()));
@@ -41,11 +55,22 @@ impl<const D: usize> Loads<D> {
         !self.constant.is_empty() || !self.varying.is_empty()
     }
 
+    /// Lets all loads grow from zero, or no longer.
+    pub fn set_ramp(&mut self, ramp: Option<Ramp>) {
+        self.ramp = ramp;
+        self.factor = 1.0;
+        self.time = None;
+    }
+
     /// Brings the forces to time `t`.
     ///
     /// # Errors
     /// If an expression gives a value that is not finite.
     pub fn update(&mut self, setup: &Setup<D>, masses: &[f64], t: f64) -> Result<(), EvaluationError> {
+        if let Some(ramp) = self.ramp {
+            self.factor = (t / ramp.end).clamp(0.0, 1.0);
+        }
+        let t = self.ramp.and_then(|ramp| ramp.frozen).unwrap_or(t);
         if !self.varying.is_empty() && self.time != Some(t) {
             self.time = None;
             self.varying.fill(Vector::zeros());
@@ -72,7 +97,7 @@ impl<const D: usize> Loads<D> {
         if let Some(f) = self.varying.get(particle) {
             force += f;
         }
-        force
+        if self.ramp.is_some() { force * self.factor } else { force }
     }
 }
 

@@ -43,6 +43,7 @@ pub use balance::Energies;
 pub use build::ModelError;
 pub use jacobian::{BlockTaylor, CheckPoint, DifferenceReport, Noise, TaylorReport, TaylorRow, WorstEntry};
 
+pub use loads::Ramp;
 pub use unknowns::Unknowns;
 
 use crate::discretisation::{Gradient, describe_particle};
@@ -204,6 +205,12 @@ impl<const D: usize> Model<D> {
     /// Time spent so far.
     pub fn times(&self) -> ModelTimes {
         self.clocks.read()
+    }
+
+    /// Lets all loads grow in proportion to the time, or no longer.
+    pub fn set_ramp(&mut self, ramp: Option<Ramp>) {
+        self.loads.set_ramp(ramp);
+        self.stage.evaluated.clear();
     }
 
     /// Restricts the evaluation to some terms (for checks of single terms).

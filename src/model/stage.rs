@@ -11,20 +11,22 @@ use std::time::Instant;
 
 use nicolson_solvers::linear::Tangent;
 use nicolson_solvers::nonlinear::NonlinearProblem;
-use nicolson_solvers::time::{ConservingSystem, StageSystem, System};
+use nicolson_solvers::time::{ConservingSystem, EquilibriumSystem, StageSystem, System};
 use nicolson_solvers::{EvaluationError, vector};
 
 use super::conserving::StepStart;
 use super::evaluation::VolumeRatios;
 use super::{Clocks, Model, Unknowns};
 use crate::setup::Constraint;
-use crate::tensor::coordinates;
+use crate::tensor::{coordinates, determinant};
 
 /// The stage being solved.
 #[derive(Debug, Clone, Default)]
 pub struct Stage<const D: usize> {
     /// Configuration at the start of a conserving step; empty for an implicit stage.
     pub start: Vec<StepStart<D>>,
+    /// Whether this is an equilibrium: no inertia, no velocities, shift 1.
+    pub at_rest: bool,
     /// Time of the stage, s.
     pub time: f64,
     /// Shift s, s.
@@ -100,6 +102,10 @@ impl<const D: usize> System for Model<D> {
         Some(self)
     }
 
+    fn equilibrium(&mut self) -> Option<&mut dyn EquilibriumSystem> {
+        if self.unknowns.kind() == Unknowns::Velocity { Some(self) } else { None }
+    }
+
     fn conserving(&mut self) -> Option<&mut dyn ConservingSystem> {
         // The discrete gradient eliminates J; D_p couples it.
         if self.unknowns.kind() == Unknowns::Velocity { Some(self) } else { None }
@@ -144,7 +150,7 @@ impl<const D: usize> Model<D> {
         for a in 0..n {
             for i in 0..D {
                 if let Some(unknown) = self.unknowns.velocity(a, i) {
-                    state[(n + a) * D + i] = y[unknown];
+                    state[(n + a) * D + i] = if self.stage.at_rest { 0.0 } else { y[unknown] };
                     state[a * D + i] = match self.unknowns.displacement(a, i) {
                         Some(displacement) => s * y[displacement],
                         None => self.stage.base[a * D + i] + s * y[unknown],
@@ -174,6 +180,8 @@ impl<const D: usize> Model<D> {
         let start = std::mem::take(&mut self.stage.start);
         let source = if !start.is_empty() {
             VolumeRatios::Conserving { start: &start, shift: self.stage.shift }
+        } else if self.stage.at_rest {
+            VolumeRatios::Equilibrium { ratio: &base[2 * n * D..] }
         } else if local {
             VolumeRatios::Stage { base: &base[2 * n * D..], shift: self.stage.shift }
         } else {
@@ -216,7 +224,7 @@ impl<const D: usize> Model<D> {
         let (s, base, trial) = (self.stage.shift, &self.stage.base, &self.stage.trial);
         let mut scale = 0.0;
         for (a, point) in self.workspace.points.iter().enumerate() {
-            let mass = self.masses[a];
+            let mass = if self.stage.at_rest { 0.0 } else { self.masses[a] };
             let (mut size, mut base_size) = (0.0, 0.0);
             for i in 0..D {
                 let entry = (n + a) * D + i;
@@ -268,6 +276,7 @@ impl<const D: usize> NonlinearProblem for Model<D> {
         // The derivatives of linear equations are everywhere those of their first point.
         if self.constant_tangent().is_some()
             && self.linearisation.shift == self.stage.shift
+            && self.linearisation.at_rest == self.stage.at_rest
             && !self.linearisation.particles.is_empty()
         {
             return Ok(());
@@ -286,7 +295,9 @@ impl<const D: usize> NonlinearProblem for Model<D> {
     fn constant_tangent(&self) -> Option<u64> {
         // In three dimensions the conserving stress is not linear even where the equations are.
         let conserving = !self.stage.start.is_empty();
-        (self.linear && !(conserving && D == 3)).then(|| self.stage.shift.to_bits())
+        // An equilibrium has the tangent of no step: a shift of zero stands for it.
+        let key = if self.stage.at_rest { 0.0 } else { self.stage.shift };
+        (self.linear && !(conserving && D == 3)).then(|| key.to_bits())
     }
 
     fn describe(&self, unknown: usize) -> String {
@@ -298,6 +309,7 @@ impl<const D: usize> NonlinearProblem for Model<D> {
 impl<const D: usize> StageSystem for Model<D> {
     fn begin_stage(&mut self, t: f64, shift: f64, base: &[f64]) {
         self.stage.start.clear();
+        self.stage.at_rest = false;
         let mut kept = std::mem::take(&mut self.stage.base);
         kept.clear();
         kept.extend_from_slice(base);
@@ -347,6 +359,33 @@ impl<const D: usize> StageSystem for Model<D> {
         state.copy_from_slice(&self.stage.trial);
         let n = self.particles();
         self.write_rate(&self.stage.trial[n * D..2 * n * D], rate);
+        Ok(())
+    }
+}
+
+/// The unknowns are displacements from the start, `u = ũ + y · 1 s`, and the residual is minus the force times 1 s: the
+/// stage of shift 1 s without its inertia and with velocities at zero, so that damping plays no part.
+impl<const D: usize> EquilibriumSystem for Model<D> {
+    fn begin_equilibrium(&mut self, t: f64, from: &[f64], y: &mut Vec<f64>) {
+        let n = self.particles();
+        let mut base = from.to_vec();
+        base[n * D..2 * n * D].fill(0.0);
+        self.begin_stage(t, 1.0, &base);
+        self.stage.at_rest = true;
+        self.stage.base[n * D..2 * n * D].fill(0.0);
+        // J follows det F from where both stand.
+        for a in 0..n {
+            let det = determinant(&self.deformation(from, a));
+            let ratio = if det == 0.0 { 1.0 } else { from[2 * n * D + a] / det };
+            self.stage.base[2 * n * D + a] = ratio;
+        }
+        y.clear();
+        y.resize(self.unknowns.count(), 0.0);
+    }
+
+    fn finish_equilibrium(&mut self, y: &[f64], u: &mut [f64]) -> Result<(), EvaluationError> {
+        self.evaluate_stage(y)?;
+        u.copy_from_slice(&self.stage.trial);
         Ok(())
     }
 }

@@ -25,7 +25,18 @@ pub(super) fn time(document: &Document, findings: &mut Findings<'_>) -> Option<T
     {
         findings.warning(written.span(), format!("the step {step} is longer than the whole computation ({end})"));
     }
-    Some(TimeSettings { end: end?, scheme: scheme?, step: step?, minimum_step, maximum_step, adaptive, effort })
+    let ramp = ramp(text, findings);
+    Some(TimeSettings { end: end?, scheme: scheme?, step: step?, ramp, minimum_step, maximum_step, adaptive, effort })
+}
+
+/// Whether static loads grow in proportion to the pseudo-time.
+fn ramp(text: &TimeText, findings: &mut Findings<'_>) -> bool {
+    let Some(ramp) = &text.ramp else { return true };
+    if chosen(text) != SchemeText::Static {
+        let remedy = "remove it, choose `scheme = \"static\"`, or write the loads as fields of `t`";
+        findings.error(ramp.span(), "`ramp` belongs to the scheme `static`, which is not chosen", remedy);
+    }
+    *ramp.get_ref()
 }
 
 /// The scheme with its own parameters, and a mistake for those of others.

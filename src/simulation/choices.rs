@@ -1,6 +1,6 @@
 //! Names in a scene ↔ choices of the solvers.
 
-use nicolson_solvers::linear::{KrylovOptions, LinearSolverChoice, Preconditioner, PreconditionerMatrix};
+use nicolson_solvers::linear::{KrylovOptions, LinearSolverChoice, Preconditioner, PreconditionerMatrix, Symmetry};
 use nicolson_solvers::nonlinear::{Forcing, Globalisation, NewtonOptions, TangentPolicy};
 use nicolson_solvers::time::{Adaptive, Effort, RkcOptions, RkcStages, Scheme, StepControl};
 
@@ -8,6 +8,7 @@ use super::RunError;
 use crate::model::{Model, Unknowns};
 use crate::scene::Scene;
 use crate::scene::settings::{self, StepChoice, TimeSettings};
+use crate::stabilisation::Upwind;
 
 /// The time scheme.
 pub fn scheme<const D: usize>(time: &TimeSettings, model: &Model<D>) -> Result<Scheme, RunError> {
@@ -31,13 +32,41 @@ pub fn scheme<const D: usize>(time: &TimeSettings, model: &Model<D>) -> Result<S
         settings::Scheme::Sdirk3 => Scheme::Sdirk3,
         settings::Scheme::GeneralisedAlpha { spectral_radius } => Scheme::GeneralisedAlpha { spectral_radius },
         settings::Scheme::EnergyMomentum => Scheme::EnergyMomentum,
-        settings::Scheme::Static => {
-            return Err(RunError::Choice(
-                "time.scheme = \"static\" needs a law that resists shear, and there is none yet: choose a dynamic scheme"
-                    .into(),
+        settings::Scheme::Static => Scheme::Static,
+    })
+}
+
+/// Refuses what the model cannot do.
+pub fn possible<const D: usize>(scheme: Scheme, model: &Model<D>) -> Result<(), RunError> {
+    let refuse = |what: String| Err(RunError::Choice(what));
+    for body in &model.setup().bodies {
+        let (name, law) = (&body.name, &body.material);
+        if scheme == Scheme::Static && law.shear_modulus() == 0.0 {
+            return refuse(format!(
+                "time.scheme = \"static\" needs laws that resist shear, and that of body '{name}' does not: a fluid has no \
+                 unique equilibrium; choose a solid, or a dynamic scheme"
             ));
         }
-    })
+        if scheme == Scheme::EnergyMomentum && law.solid.is_some_and(|solid| !solid.has_conserving_stress::<D>()) {
+            return refuse(format!(
+                "time.scheme = \"energy_momentum\" has no discrete stress for plane (uniaxial) stress of body '{name}'; \
+                 use transverse = \"strain\", the linear elastic law, or another scheme"
+            ));
+        }
+        if model.upwind().is_some_and(Upwind::has_pressure) && !law.evolves_volume() {
+            return refuse(format!(
+                "stabilisation.tau_p acts on pressures that come from an evolved volume ratio, and body '{name}' has none; \
+                 set tau_p = 0, or choose nearly_incompressible or a volumetric law"
+            ));
+        }
+    }
+    if scheme == Scheme::Static && model.unknowns() != Unknowns::Velocity {
+        return refuse(
+            "time.scheme = \"static\" solves for displacements alone; remove newton.unknowns and stabilisation.tau_p"
+                .into(),
+        );
+    }
+    Ok(())
 }
 
 /// The unknowns; `None` lets the model choose.
@@ -80,8 +109,8 @@ pub fn newton(scene: &Scene) -> NewtonOptions {
     }
 }
 
-/// The linear solver.
-pub fn linear(scene: &Scene) -> Result<LinearSolverChoice, RunError> {
+/// The linear solver. `auto`: LDLᵀ where the tangent is symmetric by construction, LU elsewhere.
+pub fn linear(scene: &Scene, symmetry: Symmetry) -> Result<LinearSolverChoice, RunError> {
     let linear = &scene.linear;
     let krylov = KrylovOptions {
         preconditioner: match linear.preconditioner {
@@ -99,6 +128,7 @@ pub fn linear(scene: &Scene) -> Result<LinearSolverChoice, RunError> {
         ..KrylovOptions::default()
     };
     let choice = match linear.solver {
+        settings::SolverChoice::Auto if symmetry != Symmetry::General => LinearSolverChoice::ldlt(),
         settings::SolverChoice::Auto | settings::SolverChoice::Lu => LinearSolverChoice::Lu,
         settings::SolverChoice::Ldlt => LinearSolverChoice::ldlt(),
         settings::SolverChoice::Cholesky => LinearSolverChoice::cholesky(),

@@ -10,6 +10,7 @@ mod comparison;
 pub mod diagnostics;
 mod frames;
 mod ledger;
+mod preload;
 mod prepare;
 mod probes;
 mod recorder;

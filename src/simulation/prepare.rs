@@ -1,10 +1,11 @@
 //! Everything between reading a scene and its first step; also what `nicolson check` predicts.
 
+use nicolson_solvers::linear::{Symmetry, Tangent};
 use nicolson_solvers::nonlinear::NewtonSolver;
 use nicolson_solvers::time::{Retries, Scheme, StageSystem, StepFailure, Stepper, System, TimeState};
 
-use super::{RunError, amplification, choices};
-use crate::model::{CheckPoint, Model};
+use super::{RunError, amplification, choices, preload};
+use crate::model::{CheckPoint, Model, Ramp};
 use crate::scene::Scene;
 use crate::scene::settings::{self, StepChoice};
 
@@ -60,13 +61,26 @@ pub fn prepare<const D: usize>(scene: &Scene) -> Result<Prepared<D>, RunError> {
     };
     let mut model = Model::new(setup, choices::unknowns(scene.newton.unknowns), cfl)?;
     let scheme = choices::scheme(time, &model)?;
-    let values = model.initial_state()?;
+    choices::possible(scheme, &model)?;
+    let mut values = model.initial_state()?;
+    if model.setup().initial.equilibrium {
+        preload::equilibrate(scene, &mut model, &mut values)?;
+    }
+    if scheme == Scheme::Static && time.ramp {
+        model.set_ramp(Some(Ramp { end: time.end, frozen: None }));
+    }
     let explicit_step_limit = model.stable_step(0.0, &values);
     let newton = if scheme.is_implicit() {
         if let Some(declared) = scene.newton.declared_linear {
             declare(&mut model, &values, declared, first_step(time, explicit_step_limit))?;
         }
-        Some(NewtonSolver::new(choices::newton(scene), choices::linear(scene)?.build()))
+        let symmetry = match scheme {
+            // The discrete gradient of a step that conserves energy is not a Hessian.
+            Scheme::EnergyMomentum if !model.is_linear() || D == 3 => Symmetry::General,
+            Scheme::Static => Symmetry::Symmetric,
+            _ => model.symmetry(),
+        };
+        Some(NewtonSolver::new(choices::newton(scene), choices::linear(scene, symmetry)?.build()))
     } else {
         None
     };

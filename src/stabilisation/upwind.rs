@@ -5,9 +5,11 @@
 //! `g = ½(∇̃W̃_b(X_a) − ∇̃W̃_a(X_b))`:
 //!
 //! ```text
-//! force on a:    τ_v V_a V_b ρ c (n⊗n)(v⁺ − v⁻) (N·g)
+//! force on a:    τ_v V_a V_b ρ [c n⊗n + c_s (I − n⊗n)] (v⁺ − v⁻) (N·g)
 //! rate of J_a:   τ_p V_b (1/(ρ c)) [n·(P⁺ − P⁻)N] [n·½(H_a g̃_ab − H_b g̃_ba)]
 //! ```
+//!
+//! `c_s` is the speed of shear waves, zero for a fluid; its ratio to c is that at rest.
 //!
 //! The default jump in the second is `P⁺ − P⁻ = −(p⁺ − p⁻) ½(H_a + H_b)` with the plain gradient:
 //! both brackets then share the factor `n·H̄N`, and each pair dissipates
@@ -17,6 +19,7 @@
 //! so that the coupling never reaches further than two rings.
 
 use crate::discretisation::{DiscretisationError, Gradient, least_squares_weights, plain_slope};
+use crate::material::Material;
 use crate::setup::{Body, Particles, Stabilisation, WeightChoice};
 use crate::tensor::{Tensor, Vector, outer};
 
@@ -27,6 +30,8 @@ pub struct Upwind<const D: usize> {
     pub options: Stabilisation,
     /// `τ_v V_a V_b ρ (N·g)`, kg/m; empty without D_v.
     velocity_strength: Vec<f64>,
+    /// `c_s/c` at rest, per particle; empty without D_v or if all bodies are fluids.
+    shear_ratio: Vec<f64>,
     /// `½ g̃_ab` of D_p, 1/m^(D+1), zero for self-entries; empty without D_p.
     half_gradients: Vec<Vector<D>>,
     /// `τ_p V_b / ρ`, per particle b; empty without D_p.
@@ -87,7 +92,7 @@ impl<const D: usize> Upwind<D> {
         bodies: &[Body],
         particles: &Particles<D>,
         gradient: &Gradient<D>,
-        densities: &[f64],
+        materials: &[&Material],
     ) -> Result<Self, DiscretisationError> {
         let neighbourhood = &gradient.neighbourhood;
         let positions = &particles.positions;
@@ -125,7 +130,7 @@ impl<const D: usize> Upwind<D> {
                             plain_slope::<D>(body, r)
                         };
                         let volumes = particles.volumes[a] * particles.volumes[b];
-                        velocity_strength.push(options.tau_v * volumes * densities[a] * along);
+                        velocity_strength.push(options.tau_v * volumes * materials[a].density * along);
                     }
                     if with_pressure {
                         half_gradients.push(own * 0.5);
@@ -137,13 +142,20 @@ impl<const D: usize> Upwind<D> {
             }
         }
         let pressure_strength = if with_pressure {
-            particles.volumes.iter().zip(densities).map(|(v, rho)| options.tau_p * v / rho).collect()
+            particles.volumes.iter().zip(materials).map(|(v, law)| options.tau_p * v / law.density).collect()
+        } else {
+            Vec::new()
+        };
+        let solid = materials.iter().any(|law| law.shear_wave_speed() > 0.0);
+        let shear_ratio = if with_velocity && solid {
+            materials.iter().map(|law| law.shear_wave_speed() / law.wave_speed()).collect()
         } else {
             Vec::new()
         };
         Ok(Self {
             options,
             velocity_strength,
+            shear_ratio,
             half_gradients,
             pressure_strength,
             reconstruction,
@@ -196,12 +208,14 @@ impl<const D: usize> Upwind<D> {
         let pair = self.separation(a, b, displacement);
         let n = pair.direction;
         let normal_jump = n.dot(jump);
-        let by_speed = n * (strength * normal_jump);
-        // f = β c n (n·Δ);  ∂f/∂n = β c [(n·Δ) I + n⊗Δ], then ∂n/∂(u_b − u_a).
-        let factor = strength * speed;
+        // With r = c_s/c: f = β c [(1 − r) n (n·Δ) + r Δ];  ∂f/∂n = β c (1 − r) [(n·Δ) I + n⊗Δ], then ∂n/∂(u_b − u_a).
+        let shear = self.shear_ratio(a);
+        let by_speed = (n * ((1.0 - shear) * normal_jump) + jump * shear) * strength;
+        let by_jump = (outer(&n, &n) * (1.0 - shear) + Tensor::identity() * shear) * (strength * speed);
+        let factor = strength * speed * (1.0 - shear);
         let projector = (Tensor::identity() - outer(&n, &n)) / pair.distance;
         let by_separation = projector * (factor * normal_jump) + outer(&n, &pair.pull_back(jump)) * factor;
-        VelocityPair { force: by_speed * speed, by_speed, by_jump: outer(&n, &n) * factor, by_separation }
+        VelocityPair { force: by_speed * speed, by_speed, by_jump, by_separation }
     }
 
     /// The force of [`velocity_pair`](Self::velocity_pair) alone.
@@ -214,7 +228,17 @@ impl<const D: usize> Upwind<D> {
         jump: &Vector<D>,
     ) -> Vector<D> {
         let n = self.separation(a, b, displacement).direction;
-        n * (self.velocity_strength[entry] * speed * n.dot(jump))
+        let factor = self.velocity_strength[entry] * speed;
+        if self.shear_ratio.is_empty() {
+            return n * (factor * n.dot(jump));
+        }
+        let shear = self.shear_ratio(a);
+        (n * ((1.0 - shear) * n.dot(jump)) + jump * shear) * factor
+    }
+
+    /// `c_s/c` at rest; both particles of a pair belong to one body.
+    fn shear_ratio(&self, particle: usize) -> f64 {
+        self.shear_ratio.get(particle).copied().unwrap_or(0.0)
     }
 
     /// D_p of an entry (a, b) whose partner entry is `twin`, given the pair's wave speed, the

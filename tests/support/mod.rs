@@ -70,6 +70,7 @@ pub fn setup<const D: usize>(particles: Particles<D>, spacing: f64, material: Ma
             displacement: vec![Vector::zeros(); n],
             velocity: vec![Vector::zeros(); n],
             pressure: None,
+            equilibrium: false,
         },
         stabilisation: None,
         probes: Vec::new(),

@@ -91,6 +91,7 @@ impl Attempt<'_> {
             Scheme::Sdirk3 => self.sdirk3(),
             Scheme::GeneralisedAlpha { spectral_radius } => self.generalised_alpha(spectral_radius),
             Scheme::EnergyMomentum => self.energy_momentum(),
+            Scheme::Static => self.equilibrium(),
         }?;
         if let Some(index) = first_not_finite(&self.end.values) {
             return Err(StepCause::NotFinite { index, value: self.end.values[index] });

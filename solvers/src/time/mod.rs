@@ -14,6 +14,7 @@ mod attempt;
 mod conserving;
 mod control;
 mod diagonal;
+mod equilibrium;
 mod explicit;
 mod implicit;
 mod pace;
@@ -109,6 +110,11 @@ pub trait System {
         None
     }
 
+    /// The system as one whose equilibrium can be sought without inertia, if it can.
+    fn equilibrium(&mut self) -> Option<&mut dyn EquilibriumSystem> {
+        None
+    }
+
     /// The system as one that has a discrete energy, if it has.
     fn conserving(&mut self) -> Option<&mut dyn ConservingSystem> {
         None
@@ -137,6 +143,22 @@ pub trait StageSystem: System + NonlinearProblem {
     /// # Errors
     /// [`EvaluationError`] if the solution is not admissible after all.
     fn finish_stage(&mut self, y: &[f64], u: &mut [f64], rate: &mut [f64]) -> Result<(), EvaluationError>;
+}
+
+/// A system whose equilibrium under the loads of a moment is a nonlinear problem of its own.
+///
+/// Order of calls: [`begin_equilibrium`](Self::begin_equilibrium), which also writes the start; Newton on the problem
+/// that the system itself now is; [`finish_equilibrium`](Self::finish_equilibrium).
+pub trait EquilibriumSystem: System + NonlinearProblem {
+    /// Poses the equilibrium under the loads and prescribed values of (pseudo-)time `t`, and writes the start of the
+    /// iteration: the configuration of `from`.
+    fn begin_equilibrium(&mut self, t: f64, from: &[f64], y: &mut Vec<f64>);
+
+    /// Expands the solution to a state at rest.
+    ///
+    /// # Errors
+    /// [`EvaluationError`] if the solution is not admissible after all.
+    fn finish_equilibrium(&mut self, y: &[f64], u: &mut [f64]) -> Result<(), EvaluationError>;
 }
 
 /// A system with an energy that a discrete-gradient mid-point step can conserve exactly.

@@ -26,6 +26,7 @@ use super::rkc::RkcOptions;
 /// | [`Sdirk3`](Self::Sdirk3) | 3 | 0 | 3 | L-stable |
 /// | [`GeneralisedAlpha`](Self::GeneralisedAlpha) | 2 | 0 | 1 | A-stable, ρ∞ chosen |
 /// | [`EnergyMomentum`](Self::EnergyMomentum) | 2 | 0 | 1 | keeps a discrete energy, linear or not |
+/// | [`Static`](Self::Static) | | 0 | 1 | no inertia: equilibrium at the end of every step |
 ///
 /// A-stability is a statement about linear systems. For a nonlinear law only the last scheme bounds the
 /// energy whatever the step.
@@ -63,6 +64,8 @@ pub enum Scheme {
     },
     /// Energy–momentum step of a [`ConservingSystem`](super::ConservingSystem).
     EnergyMomentum,
+    /// Equilibrium of an [`EquilibriumSystem`](super::EquilibriumSystem) at the end of every step of a pseudo-time.
+    Static,
 }
 
 impl Scheme {
@@ -77,7 +80,8 @@ impl Scheme {
             | Self::TrBdf2
             | Self::Sdirk3
             | Self::GeneralisedAlpha { .. }
-            | Self::EnergyMomentum => true,
+            | Self::EnergyMomentum
+            | Self::Static => true,
         }
     }
 
@@ -98,13 +102,14 @@ impl Scheme {
             Self::Sdirk3 => "SDIRK3",
             Self::GeneralisedAlpha { .. } => "generalised-α",
             Self::EnergyMomentum => "energy–momentum",
+            Self::Static => "static",
         }
     }
 
     /// Order of accuracy.
     pub fn order(&self) -> usize {
         match self {
-            Self::ForwardEuler | Self::BackwardEuler => 1,
+            Self::ForwardEuler | Self::BackwardEuler | Self::Static => 1,
             #[expect(clippy::float_cmp, reason = "only the exact value ½ raises the order")]
             Self::Theta(theta) => 1 + usize::from(*theta == 0.5),
             Self::TvdRk2

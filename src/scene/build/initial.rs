@@ -23,9 +23,11 @@ pub(super) fn read<const D: usize>(
         displacement: vec![SVector::zeros(); count],
         velocity: vec![SVector::zeros(); count],
         pressure: None,
+        equilibrium: false,
     };
     if let Some(table) = &context.document.initial {
         let text = table.get_ref();
+        state.equilibrium = text.equilibrium;
         if let Some(list) = &text.displacement {
             vectors(context, list, "displacement", &mut state.displacement);
             warn_of_motions(context, list.span(), boundary, &state.displacement);

@@ -12,6 +12,8 @@ pub(in crate::scene) struct InitialText {
     pub velocity: Option<FieldList>,
     pub pressure: Option<Spanned<Field>>,
     pub hydrostatic: Option<Spanned<HydrostaticText>>,
+    #[serde(default)]
+    pub equilibrium: bool,
 }
 
 #[derive(Debug, Clone, Deserialize)]

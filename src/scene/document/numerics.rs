@@ -67,6 +67,7 @@ pub(in crate::scene) struct TimeText {
     pub rkc_stages: Option<Spanned<RkcStages>>,
     pub minimum_step: Option<Number>,
     pub maximum_step: Option<Number>,
+    pub ramp: Option<Spanned<bool>>,
     pub adaptive: Option<Spanned<AdaptiveText>>,
     pub effort: Option<Spanned<EffortText>>,
 }

@@ -16,6 +16,8 @@ pub struct TimeSettings {
     pub minimum_step: Option<f64>,
     /// Longest step of a controlled step, s; default none.
     pub maximum_step: Option<f64>,
+    /// Whether the loads of [`Scheme::Static`] grow in proportion to its pseudo-time; default yes.
+    pub ramp: bool,
     /// Control of the step by an error estimate; default none.
     pub adaptive: Option<Adaptive>,
     /// Control of the step by the effort of Newton's method; default none.
