@@ -11,7 +11,10 @@ mod value;
 use serde::Deserialize;
 pub(in crate::scene) use toml::Spanned;
 
-pub(in crate::scene) use body::{BodyText, BoxText, HyperelasticText, LinearText, MaterialText, PointsText, ShapeText};
+pub(in crate::scene) use body::{
+    BodyText, BoxText, HyperelasticText, LayoutText, LayoutsText, LinearText, MappedBoxText, MaterialText, PerturbText,
+    PointsText, ShapeText,
+};
 pub(in crate::scene) use conditions::{
     AxisName, BoundaryText, ExactText, HydrostaticText, InitialText, ProbeMode, ProbeText, SelectText, TractionText,
 };
