@@ -164,9 +164,7 @@ impl<const D: usize> BoxLattice<D> {
 
     /// Number of particles; `None` if it does not fit a machine word.
     pub fn particle_count(&self) -> Option<usize> {
-        (0..D).try_fold(1_usize, |product, axis| {
-            product.checked_mul(self.cells[axis].checked_add(self.more(axis))?)
-        })
+        (0..D).try_fold(1_usize, |product, axis| product.checked_mul(self.cells[axis].checked_add(self.more(axis))?))
     }
 
     /// Number of particles as a plain number, for messages about those that are too many.

@@ -163,8 +163,7 @@ impl<const D: usize> MappedLattice<D> {
                 for (place, weight) in gauss::<D>() {
                     let share = weight * determinant(&slope(&corners, &place)) * shape(&member, &place);
                     particles.volumes[particle] += share;
-                    shifts[particle] +=
-                        (image(&corners, &place) - image(&corners, &anchor(&member, Some(&place)))) * share;
+                    shifts[particle] += (image(&corners, &place) - image(&corners, &sliced(&member, &place))) * share;
                 }
             }
             self.faces_of(&cell, &corners, &mut pieces);
@@ -259,6 +258,11 @@ fn anchor<const D: usize>(member: &[Member; D], free: Option<&Vector<D>>) -> Vec
         Member::Upper => 1.0,
         Member::Middle => free.map_or(0.5, |place| place[axis]),
     })
+}
+
+/// A place of the unit cube moved to the middle of the slices, in cell directions.
+fn sliced<const D: usize>(member: &[Member; D], place: &Vector<D>) -> Vector<D> {
+    Vector::from_fn(|axis, _| if member[axis] == Member::Middle { 0.5 } else { place[axis] })
 }
 
 /// Share of a particle in a place of the unit cube.
@@ -379,7 +383,8 @@ mod tests {
                 moment += image(&corners, &place) * (weight * determinant(&slope(&corners, &place)));
             }
         }
-        let found = particles.positions.iter().zip(&particles.volumes).fold(Vector::zeros(), |sum, (x, v)| sum + x * *v);
+        let found =
+            particles.positions.iter().zip(&particles.volumes).fold(Vector::zeros(), |sum, (x, v)| sum + x * *v);
         assert!((found - moment).norm() < 1e-13 * volume.max(1.0), "{what}: {found} instead of {moment}");
     }
 
@@ -434,7 +439,8 @@ mod tests {
                 assert_eq!((a.particle, a.side), (b.particle, b.side));
                 assert!((a.normal * a.area - b.normal * b.area).norm() < 1e-14 && (a.point - b.point).norm() < 1e-14);
             }
-            let volumes = |particles: &Particles<2>| [particles.volumes.clone(), particles.kernel_volumes.clone()].concat();
+            let volumes =
+                |particles: &Particles<2>| [particles.volumes.clone(), particles.kernel_volumes.clone()].concat();
             for (a, b) in volumes(&flat).iter().zip(volumes(&mapped)) {
                 assert!((a - b).abs() < 1e-15);
             }

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use crate::expression::Expression;
-use crate::geometry::{
-    BoxLattice, LatticeError, Layout, MapError, MappedLattice, PointError, read_points,
-};
+use crate::geometry::{BoxLattice, LatticeError, Layout, MapError, MappedLattice, PointError, read_points};
 use crate::model::Noise;
 use crate::scene::checks::{padded, place};
-use crate::scene::document::{BodyText, LayoutText, LayoutsText, MappedBoxText, PerturbText, PointsText, ShapeText, Spanned};
+use crate::scene::document::{
+    BodyText, LayoutText, LayoutsText, MappedBoxText, PerturbText, PointsText, ShapeText, Spanned,
+};
 use crate::scene::errors::SceneError;
 use crate::scene::findings::{Findings, Span};
 use crate::setup::Particles;
@@ -133,7 +133,11 @@ impl<const D: usize> Shape<D> {
 }
 
 /// What a body asks for; `None` if a mistake was noted.
-pub(super) fn plan<const D: usize>(body: &Spanned<BodyText>, base: &Path, findings: &mut Findings<'_>) -> Option<Plan<D>> {
+pub(super) fn plan<const D: usize>(
+    body: &Spanned<BodyText>,
+    base: &Path,
+    findings: &mut Findings<'_>,
+) -> Option<Plan<D>> {
     let text = body.get_ref();
     match (&text.shape, &text.points) {
         (Some(shape), None) => {
@@ -325,4 +329,3 @@ fn in_file(path: &Path, content: &str, error: PointError) -> SceneError {
         remedy: error.remedy,
     }
 }
-
