@@ -85,6 +85,19 @@ pub struct Face<const D: usize> {
     pub normal: SVector<f64, D>,
     /// Area, m^(D−1) (1 in one dimension).
     pub area: f64,
+    /// Where it acts, m: the particle itself if that lies on the boundary.
+    pub point: SVector<f64, D>,
+    /// The side of the shape that it belongs to; none for a list of points.
+    pub side: Option<Side>,
+}
+
+/// A side of a shape, in the coordinates of its lattice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Side {
+    /// Direction that the side is across of.
+    pub axis: usize,
+    /// Whether it is the upper one of the two.
+    pub upper: bool,
 }
 
 /// Kind of motion of one component of one particle.

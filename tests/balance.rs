@@ -280,6 +280,7 @@ fn what_cannot_be_balanced_is_located() {
     // Particles that slid along the boundary while their areas and volumes stayed.
     let mut slid = vertices.particles();
     slid.positions[4][0] += 0.2 * spacing;
+    slid.faces.iter_mut().filter(|face| face.particle == 4).for_each(|face| face.point[0] += 0.2 * spacing);
     let error = refused(&slid, spacing, 1.2);
     assert!(error.to_string().contains("Σ a N ⊗ X"), "{error}");
 
@@ -332,7 +333,11 @@ fn two_bodies_are_balanced_apart() {
     both.positions.extend(particles.positions.iter().map(|x| x + Vector::repeat(0.3)));
     both.volumes.extend(&particles.volumes);
     both.kernel_volumes.extend(&particles.kernel_volumes);
-    both.faces.extend(particles.faces.iter().map(|face| Face { particle: face.particle + count, ..face.clone() }));
+    both.faces.extend(particles.faces.iter().map(|face| Face {
+        particle: face.particle + count,
+        point: face.point + Vector::repeat(0.3),
+        ..face.clone()
+    }));
     let mut setup = setup(both, lattice.mean_spacing(), linear());
     setup.bodies[0].particles = 0..count;
     setup.bodies[0].weights = WeightChoice::Separate;

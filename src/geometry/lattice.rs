@@ -3,14 +3,15 @@
 //! `vertex`: particles at the corners of the cells, so that the outer ones lie *on* the boundary; the
 //! quadrature volume is that of the part of their cells inside the box: a half at faces, a quarter at edges,
 //! an eighth at corners. `cell`: particles in the centres of the cells, with full volumes. In both, the weight
-//! of the kernel sums is the volume of a cell, and the volumes add up to that of the box.
+//! of the kernel sums is the volume of a cell, and the volumes add up to that of the box. Every direction may
+//! have its own layout: `vertex` along a beam and `cell` across it.
 //!
 //! Every outer particle carries one [`Face`] per side of the box it belongs to, with its share of the area:
 //! the areas of a side add up to that of the side.
 
 use nalgebra::SVector;
 
-use crate::setup::{Face, Particles};
+use crate::setup::{Face, Particles, Side};
 
 /// Where particles sit in the cells of a lattice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -22,13 +23,29 @@ pub enum Layout {
     Cell,
 }
 
+/// The layout of every direction; one for all converts into it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Layouts<const D: usize>(pub [Layout; D]);
+
+impl<const D: usize> From<Layout> for Layouts<D> {
+    fn from(layout: Layout) -> Self {
+        Self([layout; D])
+    }
+}
+
+impl<const D: usize> From<[Layout; D]> for Layouts<D> {
+    fn from(layouts: [Layout; D]) -> Self {
+        Self(layouts)
+    }
+}
+
 /// A box filled with a regular lattice.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoxLattice<const D: usize> {
     lower: [f64; D],
     upper: [f64; D],
     cells: [usize; D],
-    layout: Layout,
+    layout: [Layout; D],
 }
 
 /// Why a box cannot be filled.
@@ -64,7 +81,13 @@ impl<const D: usize> BoxLattice<D> {
     ///
     /// # Errors
     /// [`LatticeError`] if the box or the spacing is impossible.
-    pub fn with_spacing(lower: [f64; D], upper: [f64; D], spacing: f64, layout: Layout) -> Result<Self, LatticeError> {
+    pub fn with_spacing(
+        lower: [f64; D],
+        upper: [f64; D],
+        spacing: f64,
+        layout: impl Into<Layouts<D>>,
+    ) -> Result<Self, LatticeError> {
+        let layout = layout.into().0;
         let extent = extents(&lower, &upper)?;
         if !(spacing.is_finite() && spacing > 0.0) {
             return Err(LatticeError::Spacing(spacing));
@@ -82,26 +105,21 @@ impl<const D: usize> BoxLattice<D> {
         lower: [f64; D],
         upper: [f64; D],
         counts: [usize; D],
-        layout: Layout,
+        layout: impl Into<Layouts<D>>,
     ) -> Result<Self, LatticeError> {
+        let layout = layout.into().0;
         let extent = extents(&lower, &upper)?;
         // Before the subtraction below: a vertex lattice of 0 or 1 particles has no cells.
         if let Some(axis) = counts.iter().position(|count| *count < 2) {
             return Err(LatticeError::TooFew { axis, count: counts[axis], extent: extent[axis] });
         }
-        let cells = match layout {
-            Layout::Vertex => counts.map(|count| count - 1),
-            Layout::Cell => counts,
-        };
+        let cells = std::array::from_fn(|axis| counts[axis] - usize::from(layout[axis] == Layout::Vertex));
         Self { lower, upper, cells, layout }.checked()
     }
 
     fn checked(self) -> Result<Self, LatticeError> {
-        let least = match self.layout {
-            Layout::Vertex => 1,
-            Layout::Cell => 2,
-        };
-        match self.cells.iter().position(|cells| *cells < least) {
+        let least = self.layout.map(|layout| if layout == Layout::Vertex { 1 } else { 2 });
+        match (0..D).find(|axis| self.cells[*axis] < least[*axis]) {
             Some(axis) => {
                 Err(LatticeError::TooFew { axis, count: self.cells[axis], extent: self.upper[axis] - self.lower[axis] })
             }
@@ -134,34 +152,41 @@ impl<const D: usize> BoxLattice<D> {
         spacings.iter().product::<f64>().powf(1.0 / D as f64)
     }
 
+    /// Cells per direction.
+    pub fn cells(&self) -> [usize; D] {
+        self.cells
+    }
+
+    /// Layout per direction.
+    pub fn layout(&self) -> [Layout; D] {
+        self.layout
+    }
+
     /// Number of particles; `None` if it does not fit a machine word.
     pub fn particle_count(&self) -> Option<usize> {
-        self.cells.iter().try_fold(1_usize, |product, cells| {
-            let count = match self.layout {
-                Layout::Vertex => cells.checked_add(1)?,
-                Layout::Cell => *cells,
-            };
-            product.checked_mul(count)
-        })
+        (0..D).try_fold(1_usize, |product, axis| product.checked_mul(self.cells[axis].checked_add(self.more(axis))?))
     }
 
     /// Number of particles as a plain number, for messages about those that are too many.
     pub fn approximate_count(&self) -> f64 {
-        let more = match self.layout {
-            Layout::Vertex => 1.0,
-            Layout::Cell => 0.0,
-        };
-        self.cells.iter().map(|cells| *cells as f64 + more).product()
+        (0..D).map(|axis| self.cells[axis] as f64 + self.more(axis) as f64).product()
+    }
+
+    /// Particles per direction.
+    pub(super) fn counts(&self) -> [usize; D] {
+        std::array::from_fn(|axis| self.cells[axis] + self.more(axis))
+    }
+
+    /// By how much particles outnumber cells in a direction.
+    fn more(&self, axis: usize) -> usize {
+        usize::from(self.layout[axis] == Layout::Vertex)
     }
 
     /// Positions, volumes and faces; X runs fastest. Allocates [`BoxLattice::particle_count`] particles.
     pub fn particles(&self) -> Particles<D> {
         let spacings = self.spacings();
         let kernel_volume: f64 = spacings.iter().product();
-        let counts: [usize; D] = match self.layout {
-            Layout::Vertex => self.cells.map(|cells| cells + 1),
-            Layout::Cell => self.cells,
-        };
+        let counts = self.counts();
         let total = counts.iter().product();
         let mut particles = Particles {
             positions: Vec::with_capacity(total),
@@ -172,7 +197,7 @@ impl<const D: usize> BoxLattice<D> {
         let mut index = [0; D];
         for particle in 0..total {
             particles.positions.push(SVector::from_fn(|axis, _| self.coordinate(axis, index[axis])));
-            let share: [f64; D] = std::array::from_fn(|axis| match self.layout {
+            let share: [f64; D] = std::array::from_fn(|axis| match self.layout[axis] {
                 Layout::Vertex if index[axis] == 0 || index[axis] == self.cells[axis] => 0.5,
                 _ => 1.0,
             });
@@ -181,10 +206,13 @@ impl<const D: usize> BoxLattice<D> {
                 let area: f64 =
                     (0..D).filter(|other| *other != axis).map(|other| spacings[other] * share[other]).product();
                 let sides = [(0, -1.0), (counts[axis] - 1, 1.0)];
-                for (_, sign) in sides.into_iter().filter(|(end, _)| index[axis] == *end) {
+                for (end, sign) in sides.into_iter().filter(|(end, _)| index[axis] == *end) {
                     let mut normal = SVector::zeros();
                     normal[axis] = sign;
-                    particles.faces.push(Face { particle, normal, area });
+                    let mut point = particles.positions[particle];
+                    point[axis] = if end == 0 { self.lower[axis] } else { self.upper[axis] };
+                    let side = Some(Side { axis, upper: end != 0 });
+                    particles.faces.push(Face { particle, normal, area, point, side });
                 }
             }
             advance(&mut index, &counts);
@@ -192,15 +220,25 @@ impl<const D: usize> BoxLattice<D> {
         particles
     }
 
-    /// One coordinate of a particle; the ends of a vertex lattice are exactly the corners of the box.
+    /// Corner of the cells with that index.
+    pub(super) fn corner(&self, index: &[usize; D]) -> SVector<f64, D> {
+        SVector::from_fn(|axis, _| self.vertex(axis, index[axis]))
+    }
+
+    /// One coordinate of a particle.
     fn coordinate(&self, axis: usize, index: usize) -> f64 {
         let (lower, upper) = (self.lower[axis], self.upper[axis]);
-        let cells = self.cells[axis];
-        match self.layout {
-            Layout::Vertex if index == cells => upper,
-            Layout::Vertex => lower + (upper - lower) * (index as f64 / cells as f64),
-            Layout::Cell => lower + (upper - lower) * ((index as f64 + 0.5) / cells as f64),
+        match self.layout[axis] {
+            Layout::Vertex => self.vertex(axis, index),
+            Layout::Cell => lower + (upper - lower) * ((index as f64 + 0.5) / self.cells[axis] as f64),
         }
+    }
+
+    /// One coordinate of a corner of the cells; the ends are exactly those of the box.
+    fn vertex(&self, axis: usize, index: usize) -> f64 {
+        let (lower, upper) = (self.lower[axis], self.upper[axis]);
+        let cells = self.cells[axis];
+        if index == cells { upper } else { lower + (upper - lower) * (index as f64 / cells as f64) }
     }
 }
 
@@ -215,7 +253,7 @@ fn extents<const D: usize>(lower: &[f64; D], upper: &[f64; D]) -> Result<[f64; D
 }
 
 /// Counts up, first index fastest.
-fn advance<const D: usize>(index: &mut [usize; D], counts: &[usize; D]) {
+pub(super) fn advance<const D: usize>(index: &mut [usize; D], counts: &[usize; D]) {
     for axis in 0..D {
         index[axis] += 1;
         if index[axis] < counts[axis] {
@@ -270,18 +308,19 @@ mod tests {
 
     #[test]
     fn the_surface_closes() {
-        // Σ a N = 0 and Σ a X ⊗ N = |Ω| I: what the balanced weights need; the second one only holds where
-        // particles lie on the boundary.
-        let particles =
-            BoxLattice::with_counts([0.0; 3], [1.0, 2.0, 4.0], [3, 4, 6], Layout::Vertex).unwrap().particles();
-        let mut total = SVector::<f64, 3>::zeros();
-        let mut moment = nalgebra::SMatrix::<f64, 3, 3>::zeros();
-        for face in &particles.faces {
-            total += face.normal * face.area;
-            moment += particles.positions[face.particle] * face.normal.transpose() * face.area;
+        // Σ a N = 0 and Σ a X ⊗ N = |Ω| I: what the balanced weights need.
+        let mixed = [Layout::Vertex, Layout::Cell, Layout::Vertex];
+        for layout in [[Layout::Vertex; 3], [Layout::Cell; 3], mixed] {
+            let particles = BoxLattice::with_counts([0.0; 3], [1.0, 2.0, 4.0], [3, 4, 6], layout).unwrap().particles();
+            let mut total = SVector::<f64, 3>::zeros();
+            let mut moment = nalgebra::SMatrix::<f64, 3, 3>::zeros();
+            for face in &particles.faces {
+                total += face.normal * face.area;
+                moment += face.point * face.normal.transpose() * face.area;
+            }
+            assert!(total.norm() < 1e-13);
+            assert!((moment - nalgebra::SMatrix::identity() * 8.0).norm() < 1e-12);
         }
-        assert!(total.norm() < 1e-13);
-        assert!((moment - nalgebra::SMatrix::identity() * 8.0).norm() < 1e-12);
     }
 
     #[test]

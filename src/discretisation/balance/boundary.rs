@@ -8,9 +8,8 @@
 //! e_I(a) = Σ_f a_f N_f,I r_f(a)        m_IJ(a) = Σ_f a_f N_f,I r_f(a) (X_f − X_a)_J
 //! ```
 //!
-//! Where particles lie on the boundary (vertex layout), `X_f` is the particle and `r_f` names it alone.
-//! Where they lie inside (cell layout), the depth follows from the volume that the faces must enclose,
-//! `Σ_f a_f X_f,I N_f,I = |Ω|`, and `r_f` extrapolates over the neighbours.
+//! Where a particle lies on the boundary (vertex layout), `X_f` is the particle and `r_f` names it alone.
+//! Where it lies inside (cell layout), `r_f` extrapolates over its neighbours.
 
 use super::super::{DiscretisationError, Neighbourhood, describe_particle};
 use crate::kernel;
@@ -19,10 +18,8 @@ use crate::tensor::{Tensor, Vector, inverse, outer};
 
 /// Faces whose normals enclose more than 30° meet at an edge; less is a curved surface in pieces.
 const COSINE_OF_SMOOTH: f64 = 0.866_025_403_784_438_6;
-/// Depths below this part of the spacing are rounding: the particle lies on the boundary.
+/// Distances below this part of the spacing are rounding: the particle lies on the boundary.
 const ON_BOUNDARY: f64 = 1e-9;
-/// Depths above this part of the spacing mean that volumes and faces do not belong together.
-const DEEPEST: f64 = 0.75;
 /// Relative error with which a surface must close.
 const CLOSED: f64 = 1e-10;
 /// Width of the weight of the extrapolation, in smoothing lengths: all neighbours of the particle
@@ -59,8 +56,7 @@ impl<const D: usize> Boundary<D> {
                 "describe the body by a shape instead of a list of points, or use weights = \"separate\"",
             ));
         }
-        let depths = depths(body, particles)?;
-        let on_boundary = depths.iter().all(|depth| *depth == 0.0);
+        check(body, particles)?;
         let mut boundary = Self {
             areas: vec![Vector::zeros(); count],
             moments: vec![Tensor::zeros(); count],
@@ -72,11 +68,11 @@ impl<const D: usize> Boundary<D> {
             let normal = *normals[own].get_or_insert(face.normal);
             boundary.edges[own] |= normal.dot(&face.normal) < COSINE_OF_SMOOTH;
             let area = face.normal * face.area;
-            if on_boundary {
+            let point = face.point;
+            if (point - particles.positions[face.particle]).norm() <= ON_BOUNDARY * body.spacing {
                 boundary.areas[own] += area;
                 continue;
             }
-            let point = particles.positions[face.particle] + depths.component_mul(&face.normal);
             for (b, share) in extrapolation(body, particles, neighbourhood, face.particle, &point)? {
                 boundary.areas[b - first] += area * share;
                 boundary.moments[b - first] += outer(&(area * share), &(point - particles.positions[b]));
@@ -86,19 +82,17 @@ impl<const D: usize> Boundary<D> {
     }
 }
 
-/// How far the faces lie outside the particles that carry them: `X_f = X_a + (d_I N_f,I)_I`, with the one
-/// depth per direction for which the faces enclose the volume of the particles.
-fn depths<const D: usize>(body: &Body, particles: &Particles<D>) -> Result<Vector<D>, DiscretisationError> {
+/// Whether constant stress can be balanced: the faces must close, and enclose the volume of the particles.
+fn check<const D: usize>(body: &Body, particles: &Particles<D>) -> Result<(), DiscretisationError> {
     let volume: f64 = particles.volumes[body.particles.clone()].iter().sum();
     let (mut total, mut sum) = (0.0, Vector::<D>::zeros());
-    let (mut enclosed, mut projected) = (Tensor::<D>::zeros(), Vector::<D>::zeros());
+    let mut enclosed = Tensor::<D>::zeros();
     // From a particle of the body, so that its place in space costs no digits.
     let origin = particles.positions[body.particles.start];
     for face in particles.faces.iter().filter(|face| body.particles.contains(&face.particle)) {
         total += face.area;
         sum += face.normal * face.area;
-        enclosed += outer(&face.normal, &(particles.positions[face.particle] - origin)) * face.area;
-        projected += face.normal.component_mul(&face.normal) * face.area;
+        enclosed += outer(&face.normal, &(face.point - origin)) * face.area;
     }
     if exceeds(sum.norm(), CLOSED * total) {
         let open = sum.norm() / total;
@@ -108,23 +102,13 @@ fn depths<const D: usize>(body: &Body, particles: &Particles<D>) -> Result<Vecto
             "give every piece of the boundary a face, or use weights = \"separate\"",
         ));
     }
-    let mut depths = Vector::<D>::zeros();
-    for axis in 0..D {
-        depths[axis] = (volume - enclosed[(axis, axis)]) / projected[axis];
-        if exceeds(depths[axis].abs(), DEEPEST * body.spacing) {
-            let found = enclosed[(axis, axis)];
-            return Err(unsuited(
-                body,
-                format!("has faces that enclose a volume of {found:e}, where its particles add up to {volume:e}"),
-                "make volumes and faces agree, or use weights = \"separate\"",
-            ));
-        }
-        if depths[axis].abs() < ON_BOUNDARY * body.spacing {
-            depths[axis] = 0.0;
-        }
-    }
-    for face in particles.faces.iter().filter(|face| body.particles.contains(&face.particle)) {
-        enclosed += outer(&face.normal, &depths.component_mul(&face.normal)) * face.area;
+    let found = enclosed.trace() / D as f64;
+    if exceeds((found - volume).abs(), CLOSED * volume) {
+        return Err(unsuited(
+            body,
+            format!("has faces that enclose a volume of {found:e}, where its particles add up to {volume:e}"),
+            "make volumes and faces agree, or use weights = \"separate\"",
+        ));
     }
     let skew = (enclosed - Tensor::identity() * volume).norm() / volume;
     if exceeds(skew, CLOSED) {
@@ -136,7 +120,7 @@ fn depths<const D: usize>(body: &Body, particles: &Particles<D>) -> Result<Vecto
             "make volumes and faces agree, or use weights = \"separate\"",
         ));
     }
-    Ok(depths)
+    Ok(())
 }
 
 /// Moving least squares over the neighbours of a particle, evaluated at a point nearby:

@@ -27,8 +27,8 @@ fn traction<const D: usize>(
     let text = text.get_ref();
     let value = context.findings.fields::<D>(&text.value, "value");
     let bodies = context.bodies_named(text.body.as_ref());
-    let (axis, sign) = text.face.get_ref().normal();
-    if axis >= D {
+    let side = text.face.get_ref().side();
+    if side.axis >= D {
         let message = format!("a {D}-dimensional body has no such face");
         let names = ["lower_x, upper_x", "lower_y, upper_y", "lower_z, upper_z"][..D].join(", ");
         context.findings.error(text.face.span(), message, format!("the faces are {names}"));
@@ -36,12 +36,12 @@ fn traction<const D: usize>(
     }
     let bodies = bodies?;
     // A list of points has no faces. Without a named body, those that have some are meant.
-    let without = bodies.iter().filter_map(|index| context.bodies.made[*index].as_ref()).find(|made| !made.is_box);
+    let without = bodies.iter().filter_map(|index| context.bodies.made[*index].as_ref()).find(|made| !made.has_faces);
     if let Some(made) = without
-        && (text.body.is_some() || context.bodies.iter().all(|made| !made.is_box))
+        && (text.body.is_some() || context.bodies.iter().all(|made| !made.has_faces))
     {
         let message = format!("body '{}' is a list of points and has no faces", made.body.name);
-        context.findings.error(text.face.span(), message, "tractions need a body with `shape.box`");
+        context.findings.error(text.face.span(), message, "tractions need a body with a shape");
         return None;
     }
     let selected = match &text.select {
@@ -57,7 +57,7 @@ fn traction<const D: usize>(
         .particles
         .faces
         .iter()
-        .filter(|face| face.normal[axis] == sign && ranges.iter().any(|range| range.contains(&face.particle)))
+        .filter(|face| face.side == Some(side) && ranges.iter().any(|range| range.contains(&face.particle)))
         // The selection is in the order of the particles.
         .filter(|face| selected.as_ref().is_none_or(|selected| selected.binary_search(&face.particle).is_ok()))
         .map(|face| (face.particle, face.area))

@@ -10,6 +10,7 @@ mod loads;
 mod material;
 mod observation;
 mod selection;
+mod shapes;
 mod solid;
 mod stabilisation;
 

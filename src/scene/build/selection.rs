@@ -7,6 +7,7 @@ use crate::expression::Expression;
 use crate::scene::checks::{COORDINATES, padded, place};
 use crate::scene::document::{SelectText, Spanned, Text};
 use crate::scene::findings::Findings;
+use crate::setup::Side;
 
 /// Part of the size of a body by which a particle may miss a selector: rounding of positions.
 const TOLERANCE: f64 = 1e-9;
@@ -14,6 +15,7 @@ const TOLERANCE: f64 = 1e-9;
 /// A selector that has been checked.
 pub(super) enum Selector<const D: usize> {
     All,
+    Face(Side),
     HalfSpace { point: SVector<f64, D>, normal: SVector<f64, D> },
     Box { lower: SVector<f64, D>, upper: SVector<f64, D> },
     Where(Expression),
@@ -24,6 +26,16 @@ impl<const D: usize> Selector<D> {
     pub fn read(text: &Spanned<SelectText>, findings: &mut Findings<'_>) -> Option<Self> {
         match text.get_ref() {
             SelectText::All => Some(Self::All),
+            SelectText::Face(name) => {
+                let side = name.get_ref().side();
+                if side.axis < D {
+                    return Some(Self::Face(side));
+                }
+                let names = ["lower_x, upper_x", "lower_y, upper_y", "lower_z, upper_z"][..D].join(", ");
+                let message = format!("a {D}-dimensional body has no such face");
+                findings.error(name.span(), message, format!("the faces are {names}"));
+                None
+            }
             SelectText::HalfSpace(half) => {
                 let point = findings.vector(&half.point, "point");
                 let normal: SVector<f64, D> = findings.vector(&half.normal, "normal")?;
@@ -62,11 +74,12 @@ impl<const D: usize> Selector<D> {
         }
     }
 
-    /// Whether a particle of a body of that size is meant.
-    fn holds(&self, position: &SVector<f64, D>, size: f64) -> bool {
+    /// Whether a particle of a body of that size is meant; `carries` are the particles of the face, ascending.
+    fn holds(&self, particle: usize, position: &SVector<f64, D>, size: f64, carries: &[usize]) -> bool {
         let slack = TOLERANCE * size;
         match self {
             Self::All => true,
+            Self::Face(_) => carries.binary_search(&particle).is_ok(),
             Self::HalfSpace { point, normal } => (position - point).dot(normal) >= -slack,
             Self::Box { lower, upper } => {
                 (0..D).all(|axis| position[axis] >= lower[axis] - slack && position[axis] <= upper[axis] + slack)
@@ -92,6 +105,12 @@ impl<const D: usize> Context<'_, '_, D> {
     /// "boundary 'base'". An empty selection is a mistake, unless a body could not be made.
     pub fn select(&mut self, what: &str, bodies: &[usize], text: &Spanned<SelectText>) -> Option<Vec<usize>> {
         let selector = Selector::<D>::read(text, self.findings)?;
+        let mut carries = Vec::new();
+        if let Selector::Face(side) = &selector {
+            let faces = self.particles.faces.iter().filter(|face| face.side == Some(*side));
+            carries.extend(faces.map(|face| face.particle));
+            carries.sort_unstable();
+        }
         let mut selected = Vec::new();
         for made in bodies.iter().filter_map(|index| self.bodies.made[*index].as_ref()) {
             let size = made.size();
@@ -104,7 +123,7 @@ impl<const D: usize> Context<'_, '_, D> {
                     self.findings.error(text.span(), message, "check for 0/0 and roots of negative numbers");
                     return None;
                 }
-                if selector.holds(position, size) {
+                if selector.holds(particle, position, size, &carries) {
                     selected.push(particle);
                 }
             }
@@ -119,6 +138,10 @@ impl<const D: usize> Context<'_, '_, D> {
 
     /// Where the particles are, seen from a selector that holds none.
     fn why_empty(&self, selector: &Selector<D>, bodies: &[usize]) -> (String, String) {
+        if let Selector::Face(_) = selector {
+            let reason = "the body is a list of points, which has no named faces".to_owned();
+            return (reason, "use `select.box`, `select.half_space` or `select.where`".to_owned());
+        }
         let positions = || {
             let made = bodies.iter().filter_map(|index| self.bodies.made[*index].as_ref());
             made.flat_map(|made| self.particles.positions[made.body.particles.clone()].iter())

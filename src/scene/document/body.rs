@@ -1,9 +1,12 @@
 //! `[[body]]`.
 
+use std::fmt;
+
 use serde::Deserialize;
+use serde::de::{Deserializer, Error, IntoDeserializer, SeqAccess, Visitor};
 use toml::Spanned;
 
-use super::{MaterialText, Number, Text, Vector};
+use super::{FieldList, MaterialText, Number, Text, Vector};
 use crate::geometry::Layout;
 use crate::setup::{CofactorChoice, KernelChoice, WeightChoice};
 
@@ -13,8 +16,9 @@ pub(in crate::scene) struct BodyText {
     pub name: Option<Text>,
     pub spacing: Option<Number>,
     pub counts: Option<Spanned<Vec<Spanned<u64>>>>,
-    pub layout: Option<Spanned<LayoutText>>,
+    pub layout: Option<Spanned<LayoutsText>>,
     pub shape: Option<Spanned<ShapeText>>,
+    pub perturb: Option<Spanned<PerturbText>>,
     pub points: Option<Spanned<PointsText>>,
     #[serde(default)]
     pub kernel: KernelText,
@@ -30,6 +34,18 @@ pub(in crate::scene) struct BodyText {
 #[serde(rename_all = "snake_case", expecting = "a shape, such as `shape.box = { lower = [0, 0], upper = [1, 1] }`")]
 pub(in crate::scene) enum ShapeText {
     Box(BoxText),
+    MappedBox(MappedBoxText),
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a mapped box, such as `{ lower = [0, 0], upper = [1, 1], map = [\"X*(1 + Y)\", \"Y\"] }`"
+)]
+pub(in crate::scene) struct MappedBoxText {
+    pub lower: Vector,
+    pub upper: Vector,
+    pub map: FieldList,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -37,6 +53,18 @@ pub(in crate::scene) enum ShapeText {
 pub(in crate::scene) struct BoxText {
     pub lower: Vector,
     pub upper: Vector,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a perturbation, such as `{ amount = 0.2 }`")]
+pub(in crate::scene) struct PerturbText {
+    pub amount: Number,
+    #[serde(default = "first_seed")]
+    pub seed: u64,
+}
+
+fn first_seed() -> u64 {
+    1
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -52,6 +80,42 @@ pub(in crate::scene) enum LayoutText {
     #[default]
     Vertex,
     Cell,
+}
+
+/// One layout for all directions, or one for each.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(in crate::scene) enum LayoutsText {
+    All(LayoutText),
+    Each(Vec<LayoutText>),
+}
+
+impl<'de> Deserialize<'de> for LayoutsText {
+    // By hand: an untagged enum would lose what is wrong.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Read;
+
+        impl<'de> Visitor<'de> for Read {
+            type Value = LayoutsText;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str("a layout, or a list of one for each direction")
+            }
+
+            fn visit_str<E: Error>(self, value: &str) -> Result<LayoutsText, E> {
+                LayoutText::deserialize(value.into_deserializer()).map(LayoutsText::All)
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<LayoutsText, A::Error> {
+                let mut layouts = Vec::new();
+                while let Some(layout) = list.next_element()? {
+                    layouts.push(layout);
+                }
+                Ok(LayoutsText::Each(layouts))
+            }
+        }
+
+        deserializer.deserialize_any(Read)
+    }
 }
 
 impl From<LayoutText> for Layout {

@@ -4,6 +4,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::{BoxText, Field, FieldList, Number, Text, Vector};
+use crate::setup::Side;
 
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table of initial values")]
@@ -35,10 +36,11 @@ pub(in crate::scene) struct BoundaryText {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(
     rename_all = "snake_case",
-    expecting = "a selection: `select = \"all\"`, `select.box`, `select.half_space` or `select.where`"
+    expecting = "a selection: `select = \"all\"`, `select.face`, `select.box`, `select.half_space` or `select.where`"
 )]
 pub(in crate::scene) enum SelectText {
     All,
+    Face(Spanned<FaceName>),
     HalfSpace(HalfSpaceText),
     Box(BoxText),
     Where(Text),
@@ -89,16 +91,17 @@ pub(in crate::scene) enum FaceName {
 }
 
 impl FaceName {
-    /// Direction and sign of the outward normal.
-    pub fn normal(self) -> (usize, f64) {
-        match self {
-            Self::LowerX => (0, -1.0),
-            Self::UpperX => (0, 1.0),
-            Self::LowerY => (1, -1.0),
-            Self::UpperY => (1, 1.0),
-            Self::LowerZ => (2, -1.0),
-            Self::UpperZ => (2, 1.0),
-        }
+    /// The side that is meant.
+    pub fn side(self) -> Side {
+        let (axis, upper) = match self {
+            Self::LowerX => (0, false),
+            Self::UpperX => (0, true),
+            Self::LowerY => (1, false),
+            Self::UpperY => (1, true),
+            Self::LowerZ => (2, false),
+            Self::UpperZ => (2, true),
+        };
+        Side { axis, upper }
     }
 }
 

@@ -12,7 +12,9 @@ mod value;
 use serde::Deserialize;
 pub(in crate::scene) use toml::Spanned;
 
-pub(in crate::scene) use body::{BodyText, BoxText, PointsText, ShapeText};
+pub(in crate::scene) use body::{
+    BodyText, BoxText, LayoutText, LayoutsText, MappedBoxText, PerturbText, PointsText, ShapeText,
+};
 pub(in crate::scene) use conditions::{
     AxisName, BoundaryText, ExactText, HydrostaticText, InitialText, ProbeMode, ProbeText, SelectText, TractionText,
 };

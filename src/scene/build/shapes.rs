@@ -1,0 +1,331 @@
+//! The shapes of `[[body]]`, and lists of points.
+
+use std::path::Path;
+
+use crate::expression::Expression;
+use crate::geometry::{BoxLattice, LatticeError, Layout, MapError, MappedLattice, PointError, read_points};
+use crate::model::Noise;
+use crate::scene::checks::{padded, place};
+use crate::scene::document::{
+    BodyText, LayoutText, LayoutsText, MappedBoxText, PerturbText, PointsText, ShapeText, Spanned,
+};
+use crate::scene::errors::SceneError;
+use crate::scene::findings::{Findings, Span};
+use crate::setup::Particles;
+use crate::tensor::Vector;
+
+/// Change of a spacing, to make it divide the box, that is worth a warning.
+const NOTICEABLE: f64 = 0.01;
+/// Largest perturbation, spacings: cells of a square lattice stay upright up to a quarter, and some beyond.
+const LARGEST_PERTURBATION: f64 = 0.45;
+
+/// A body before its corners are placed: that must wait until the number of particles is known to be bearable.
+pub(super) enum Plan<const D: usize> {
+    /// A lattice in a box.
+    Lattice(BoxLattice<D>),
+    /// A bent or perturbed lattice.
+    Mapped(Mapping<D>),
+    /// A list with its nominal spacing, m.
+    Points(Particles<D>, f64),
+}
+
+/// What bends and shakes a lattice.
+pub(super) struct Mapping<const D: usize> {
+    lattice: BoxLattice<D>,
+    map: Option<[Expression; D]>,
+    /// Amount in spacings, and seed.
+    perturbation: Option<(f64, u64)>,
+    /// Place of the shape in the scene.
+    span: Span,
+}
+
+/// A body that is ready to be filled.
+pub(super) enum Shape<const D: usize> {
+    /// A lattice in a box.
+    Lattice(BoxLattice<D>),
+    /// A bent lattice, and whether it still fills its box.
+    Mapped(MappedLattice<D>, bool),
+    /// A list with its nominal spacing, m.
+    Points(Particles<D>, f64),
+}
+
+impl<const D: usize> Plan<D> {
+    /// Number of particles.
+    pub fn approximate_count(&self) -> f64 {
+        match self {
+            Self::Lattice(lattice) => lattice.approximate_count(),
+            Self::Mapped(mapping) => mapping.lattice.approximate_count(),
+            Self::Points(particles, _) => particles.positions.len() as f64,
+        }
+    }
+
+    /// Places the corners; `None` if a mistake was noted.
+    pub fn shape(self, findings: &mut Findings<'_>) -> Option<Shape<D>> {
+        match self {
+            Self::Lattice(lattice) => Some(Shape::Lattice(lattice)),
+            Self::Mapped(mapping) => mapping.bent(findings),
+            Self::Points(particles, spacing) => Some(Shape::Points(particles, spacing)),
+        }
+    }
+}
+
+impl<const D: usize> Mapping<D> {
+    fn bent(self, findings: &mut Findings<'_>) -> Option<Shape<D>> {
+        let Self { lattice, map, perturbation, span } = self;
+        let (amount, seed) = perturbation.unwrap_or_default();
+        let mut noise = Noise::new(seed);
+        let image = |from: Vector<D>| match &map {
+            Some(map) => Vector::from_fn(|axis, _| map[axis].value(padded(&from), 0.0)),
+            None => from,
+        };
+        match MappedLattice::shaken(lattice, amount, || noise.next(), image) {
+            Ok(mapped) => Some(Shape::Mapped(mapped, map.is_none())),
+            Err(error) => {
+                let (message, remedy) = match error {
+                    MapError::NotFinite { from, to } => (
+                        format!("the map sends {} to {to:?}", place(&from.into())),
+                        "check for 0/0 and roots of negative numbers",
+                    ),
+                    MapError::Folded { around } => (
+                        format!("the cell around {} is turned inside out", place(&around.into())),
+                        "make the map keep the sense of rotation, use smaller cells, or perturb less",
+                    ),
+                };
+                findings.error(span, message, remedy);
+                None
+            }
+        }
+    }
+}
+
+impl<const D: usize> Shape<D> {
+    /// Whether it fills the box between its corners.
+    pub fn is_box(&self) -> bool {
+        matches!(self, Self::Lattice(_) | Self::Mapped(_, true))
+    }
+
+    /// Distance of neighbouring particles, m: the edge of a cube with the volume of the average cell.
+    pub fn spacing(&self) -> f64 {
+        match self {
+            Self::Lattice(lattice) => lattice.mean_spacing(),
+            Self::Mapped(mapped, _) => mapped.mean_spacing(),
+            Self::Points(_, spacing) => *spacing,
+        }
+    }
+
+    /// Longest distance of neighbouring particles over the spacing.
+    pub fn stretch(&self) -> f64 {
+        match self {
+            Self::Lattice(lattice) => lattice.spacings().into_iter().fold(0.0, f64::max) / lattice.mean_spacing(),
+            Self::Mapped(mapped, _) => mapped.longest_edge() / mapped.mean_spacing(),
+            Self::Points(..) => 1.0,
+        }
+    }
+
+    /// The particles.
+    pub fn particles(self) -> Particles<D> {
+        match self {
+            Self::Lattice(lattice) => lattice.particles(),
+            Self::Mapped(mapped, _) => mapped.particles(),
+            Self::Points(particles, _) => particles,
+        }
+    }
+}
+
+/// What a body asks for; `None` if a mistake was noted.
+pub(super) fn plan<const D: usize>(
+    body: &Spanned<BodyText>,
+    base: &Path,
+    findings: &mut Findings<'_>,
+) -> Option<Plan<D>> {
+    let text = body.get_ref();
+    match (&text.shape, &text.points) {
+        (Some(shape), None) => {
+            let (lower, upper, map) = match shape.get_ref() {
+                ShapeText::Box(text) => (&text.lower, &text.upper, None),
+                ShapeText::MappedBox(text) => (&text.lower, &text.upper, Some(text)),
+            };
+            let map = map.map(|text| self::map(text, findings));
+            let perturbation = text.perturb.as_ref().map(|text| perturbation(text, findings));
+            let lower = findings.vector::<D>(lower, "lower");
+            let upper = findings.vector::<D>(upper, "upper");
+            let lattice = lattice(body, shape.span(), lower?.into(), upper?.into(), findings)?;
+            if map.is_none() && perturbation.is_none() {
+                return Some(Plan::Lattice(lattice));
+            }
+            let map = map.map_or(Some(None), |map| map.map(Some))?;
+            let perturbation = perturbation.map_or(Some(None), |found| found.map(Some))?;
+            Some(Plan::Mapped(Mapping { lattice, map, perturbation, span: shape.span() }))
+        }
+        (None, Some(points)) => {
+            let surplus = [
+                (text.spacing.as_ref().map(Spanned::span), "spacing", "give it inside `points`"),
+                (text.counts.as_ref().map(Spanned::span), "counts", "remove it"),
+                (text.layout.as_ref().map(Spanned::span), "layout", "remove it"),
+                (text.perturb.as_ref().map(Spanned::span), "perturb", "remove it"),
+            ];
+            for (span, key, remedy) in surplus {
+                if let Some(span) = span {
+                    findings.error(span, format!("`{key}` belongs to lattices, not to a list of points"), remedy);
+                }
+            }
+            self::points(points.get_ref(), base, findings)
+        }
+        (Some(_), Some(points)) => {
+            findings.error(points.span(), "a body has either a shape or points", "remove one of the two");
+            None
+        }
+        (None, None) => {
+            findings.error(
+                body.span(),
+                "the body has no shape",
+                "add `shape.box = { lower = …, upper = … }` or `points = { file = \"cloud.csv\", spacing = 0.1 }`",
+            );
+            None
+        }
+    }
+}
+
+/// The fields of a map.
+fn map<const D: usize>(text: &MappedBoxText, findings: &mut Findings<'_>) -> Option<[Expression; D]> {
+    let map = findings.fields::<D>(&text.map, "map")?;
+    for (field, text) in map.iter().zip(text.map.get_ref()).filter(|(field, _)| field.depends_on_time()) {
+        let message = format!("the map `{field}` depends on the time");
+        findings.error(text.span(), message, "use X, Y, Z alone: it shapes the body before anything moves");
+        return None;
+    }
+    Some(map)
+}
+
+fn perturbation(text: &Spanned<PerturbText>, findings: &mut Findings<'_>) -> Option<(f64, u64)> {
+    let text = text.get_ref();
+    let wanted = format!("between 0 and {LARGEST_PERTURBATION} spacings");
+    let holds = |amount: f64| (0.0..=LARGEST_PERTURBATION).contains(&amount);
+    Some((findings.within(&text.amount, "amount", &wanted, holds)?, text.seed))
+}
+
+/// Layout of every direction.
+fn layout<const D: usize>(text: &BodyText, findings: &mut Findings<'_>) -> Option<[Layout; D]> {
+    let Some(text) = &text.layout else { return Some([Layout::default(); D]) };
+    match text.get_ref() {
+        LayoutsText::All(layout) => Some([(*layout).into(); D]),
+        LayoutsText::Each(layouts) => {
+            let layouts: Vec<Layout> = layouts.iter().map(|layout: &LayoutText| (*layout).into()).collect();
+            let found = layouts.len();
+            layouts.try_into().ok().or_else(|| {
+                let message = format!("`layout` has {found} component(s) in a {D}-dimensional scene");
+                findings.error(text.span(), message, format!("give {D} component(s), one per direction"));
+                None
+            })
+        }
+    }
+}
+
+fn lattice<const D: usize>(
+    body: &Spanned<BodyText>,
+    shape: Span,
+    lower: [f64; D],
+    upper: [f64; D],
+    findings: &mut Findings<'_>,
+) -> Option<BoxLattice<D>> {
+    let text = body.get_ref();
+    let layout = layout(text, findings)?;
+    let (lattice, span) = match (&text.spacing, &text.counts) {
+        (Some(spacing), None) => {
+            let wanted = findings.positive(spacing, "spacing")?;
+            (BoxLattice::with_spacing(lower, upper, wanted, layout), spacing.span())
+        }
+        (None, Some(counts)) => {
+            let found = counts.get_ref();
+            if found.len() != D {
+                let message = format!("`counts` has {} component(s) in a {D}-dimensional scene", found.len());
+                findings.error(counts.span(), message, format!("give {D} component(s), one per direction"));
+                return None;
+            }
+            // What does not fit a machine word is too many in any case.
+            let numbers = std::array::from_fn(|axis| usize::try_from(*found[axis].get_ref()).unwrap_or(usize::MAX));
+            (BoxLattice::with_counts(lower, upper, numbers, layout), counts.span())
+        }
+        (Some(_), Some(counts)) => {
+            findings.error(counts.span(), "`spacing` and `counts` both set the lattice", "remove one of the two");
+            return None;
+        }
+        (None, None) => {
+            findings.error(
+                body.span(),
+                "the body has neither `spacing` nor `counts`",
+                "add `spacing = 0.1`, in metres",
+            );
+            return None;
+        }
+    };
+    let lattice = match lattice {
+        Ok(lattice) => lattice,
+        Err(error) => {
+            let (place, remedy) = match error {
+                LatticeError::NoExtent { .. } => {
+                    (shape, "make every component of `upper` larger than that of `lower`".into())
+                }
+                LatticeError::Spacing(_) => (span, "give a positive spacing".to_owned()),
+                LatticeError::TooFew { extent, .. } => {
+                    (span, format!("the box is {extent} m long there: give a smaller spacing or more counts"))
+                }
+            };
+            findings.error(place, error.to_string(), remedy);
+            return None;
+        }
+    };
+    if let Some(spacing) = &text.spacing {
+        let wanted = *spacing.get_ref();
+        for (axis, found) in lattice.spacings().into_iter().enumerate() {
+            if (found / wanted - 1.0).abs() > NOTICEABLE {
+                let axis = ["x", "y", "z"][axis];
+                let message =
+                    format!("the spacing {wanted} does not divide the box along {axis}: {found} is used there");
+                findings.warning(spacing.span(), message);
+            }
+        }
+    }
+    Some(lattice)
+}
+
+fn points<const D: usize>(text: &PointsText, base: &Path, findings: &mut Findings<'_>) -> Option<Plan<D>> {
+    let spacing = findings.positive(&text.spacing, "spacing");
+    let path = base.join(text.file.get_ref());
+    let content = match std::fs::read(&path).map(String::from_utf8) {
+        Ok(Ok(content)) => content,
+        Ok(Err(_)) => {
+            let message = format!("{} is not UTF-8 text", path.display());
+            findings.error(text.file.span(), message, "give a file of numbers separated by commas");
+            return None;
+        }
+        Err(error) => {
+            let message = format!("{} cannot be read: {error}", path.display());
+            findings.error(text.file.span(), message, "paths are sought from the folder of the scene file");
+            return None;
+        }
+    };
+    let spacing = spacing?;
+    match read_points::<D>(&content, spacing) {
+        Ok(particles) => Some(Plan::Points(particles, spacing)),
+        Err(errors) => {
+            for error in errors {
+                findings.elsewhere(text.file.span(), in_file(&path, &content, error));
+            }
+            None
+        }
+    }
+}
+
+fn in_file(path: &Path, content: &str, error: PointError) -> SceneError {
+    let line = content.lines().nth(error.line.saturating_sub(1)).unwrap_or_default();
+    SceneError {
+        origin: path.display().to_string(),
+        line: Some(error.line),
+        column: Some(error.column),
+        source_line: Some(line.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect()),
+        length: error.length,
+        message: error.message,
+        remedy: error.remedy,
+    }
+}
