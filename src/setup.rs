@@ -58,6 +58,8 @@ pub struct Body {
     pub material: MaterialChoice,
     /// Which cofactor the volumetric laws use.
     pub cofactor: CofactorChoice,
+    /// Coefficient α of the hourglass control; 0 switches it off.
+    pub hourglass: f64,
 }
 
 /// Reference configuration of the particles.

@@ -11,7 +11,7 @@ use super::{Clocks, Model, Terms};
 use crate::discretisation::{DiscretisationError, Gradient, describe_particle};
 use crate::material::Material;
 use crate::setup::{CofactorChoice, Constraint, Setup};
-use crate::stabilisation::Upwind;
+use crate::stabilisation::{Hourglass, Upwind};
 use crate::tensor::{Tensor, determinant};
 
 /// Why a set-up cannot become a model.
@@ -64,6 +64,10 @@ impl<const D: usize> Model<D> {
             None => None,
             Some(options) => Some(Upwind::build(options, &setup.bodies, &setup.particles, &gradient, &densities)?),
         };
+        let speed = |a: usize| materials[body_of[a] as usize].0.wave_speed();
+        let moduli: Vec<f64> = (0..count).map(|a| densities[a] * speed(a) * speed(a)).collect();
+        let hourglass =
+            Hourglass::build(&setup.bodies, &setup.particles, &gradient.neighbourhood, &moduli, &masses);
         let coupled = upwind.as_ref().is_some_and(Upwind::has_pressure);
         let unknowns = match unknowns {
             None if coupled => Unknowns::VelocityJacobian,
@@ -84,7 +88,7 @@ impl<const D: usize> Model<D> {
         let mut model = Self {
             unknowns: Numbering::new(unknowns, &setup),
             loads: Loads::new(&setup, &masses),
-            workspace: Workspace::new(count, upwind.is_some(), reconstructed),
+            workspace: Workspace::new(count, upwind.is_some(), reconstructed, hourglass.is_some()),
             stage: Stage::default(),
             linearisation: Linearisation::default(),
             linear: false,
@@ -94,6 +98,7 @@ impl<const D: usize> Model<D> {
             setup,
             gradient,
             upwind,
+            hourglass,
             materials,
             body_of,
             masses,

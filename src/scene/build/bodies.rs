@@ -5,7 +5,7 @@ use std::path::Path;
 
 use nalgebra::SVector;
 
-use super::{material, name};
+use super::{material, name, stabilisation};
 use crate::geometry::{BoxLattice, LatticeError, Layout, PointError, read_points};
 use crate::scene::document::{BodyText, Document, PointsText, ShapeText, Spanned};
 use crate::scene::errors::SceneError;
@@ -112,7 +112,9 @@ pub(super) fn make<const D: usize>(
         let text = text.get_ref();
         let material = material::read::<D>(&text.material, findings);
         let smoothing = smoothing(text, plan.as_ref(), findings);
-        let (Some(plan), Some(material), Some(smoothing)) = (plan, material, smoothing) else {
+        let hourglass = stabilisation::hourglass::<D>(text, document, material.as_ref(), findings);
+        let (Some(plan), Some(material), Some(smoothing), Some(hourglass)) = (plan, material, smoothing, hourglass)
+        else {
             made.push(None);
             continue;
         };
@@ -135,6 +137,7 @@ pub(super) fn make<const D: usize>(
             weights: text.weights.into(),
             material,
             cofactor: text.cofactor.into(),
+            hourglass,
         };
         made.push(Some(Made { body, lower, upper, is_box }));
     }

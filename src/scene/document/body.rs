@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{Number, Text, Vector};
+use super::{HourglassText, Number, Text, Vector};
 use crate::geometry::Layout;
 use crate::setup::{CofactorChoice, KernelChoice, WeightChoice};
 
@@ -23,6 +23,7 @@ pub(in crate::scene) struct BodyText {
     pub weights: WeightText,
     #[serde(default)]
     pub cofactor: CofactorText,
+    pub hourglass: Option<Spanned<HourglassText>>,
     pub material: MaterialText,
 }
 
