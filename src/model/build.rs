@@ -66,8 +66,7 @@ impl<const D: usize> Model<D> {
         };
         let speed = |a: usize| materials[body_of[a] as usize].0.wave_speed();
         let moduli: Vec<f64> = (0..count).map(|a| densities[a] * speed(a) * speed(a)).collect();
-        let hourglass =
-            Hourglass::build(&setup.bodies, &setup.particles, &gradient.neighbourhood, &moduli, &masses);
+        let hourglass = Hourglass::build(&setup.bodies, &setup.particles, &gradient.neighbourhood, &moduli, &masses);
         let coupled = upwind.as_ref().is_some_and(Upwind::has_pressure);
         let unknowns = match unknowns {
             None if coupled => Unknowns::VelocityJacobian,

@@ -204,9 +204,9 @@ impl<const D: usize> Model<D> {
         let cofactor = (point.cofactor.norm() / root).max(1.0 + self.reach[a] * moved / root);
         let ratio = 1.0 + cofactor * self.stage.shift * point.velocity_gradient.norm();
         let stress = (point.pressure.abs() + modulus * ratio) * cofactor * self.setup.particles.volumes[a];
-        let hourglass = self.active_hourglass().map_or(0.0, |control| {
-            control.summands(a, 1.0 + point.deformation.norm() / root, moved, self.reach[a])
-        });
+        let hourglass = self
+            .active_hourglass()
+            .map_or(0.0, |control| control.summands(a, 1.0 + point.deformation.norm() / root, moved, self.reach[a]));
         let forces = stress * self.reach[a] + hourglass + self.loads.on(a).norm();
         self.masses[a] * (v + base) + self.stage.shift * forces
     }

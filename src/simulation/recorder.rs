@@ -162,18 +162,8 @@ impl<const D: usize> Recorder<D> {
             let e = self.ledger.entry();
             if let Some(table) = &mut self.history {
                 let counts = (newton as f64, rejected as f64);
-                let row = [
-                    t,
-                    dt,
-                    e.kinetic,
-                    e.internal,
-                    e.external,
-                    e.dissipated,
-                    e.total,
-                    counts.0,
-                    counts.1,
-                    e.hourglass,
-                ];
+                let row =
+                    [t, dt, e.kinetic, e.internal, e.external, e.dissipated, e.total, counts.0, counts.1, e.hourglass];
                 table.row(&row)?;
             }
             if self.plots {

@@ -3,5 +3,5 @@
 mod hourglass;
 mod upwind;
 
-pub use hourglass::Hourglass;
+pub use hourglass::{DEFAULT_HOURGLASS, Hourglass};
 pub use upwind::{PressurePair, Upwind, VelocityPair};
