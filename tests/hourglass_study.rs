@@ -209,45 +209,67 @@ fn tip(cloud: &Cloud<2>, stiffness: &DMatrix<f64>) -> f64 {
     moved.dot(&load)
 }
 
+/// A discretisation of the cantilever, a form of the control, α and c.
+type Choice = (f64, WeightChoice, Option<Form>, f64, f64);
+
+/// Relative errors of the tip at 4 and 8 particle spacings across.
+fn bend(ratio: f64, limit: f64, (smoothing, weights, form, alpha, modulus): Choice) -> [f64; 2] {
+    let (lambda, mu) = lame(ratio);
+    let errors = [4, 8].map(|across| {
+        let cloud = Cloud::<2>::new(6.0, across, smoothing, weights);
+        let mut stiffness = cloud.elastic(lambda, mu);
+        if let Some(form) = form {
+            stiffness += cloud.control(form, modulus) * alpha;
+        }
+        tip(&cloud, &stiffness) / limit - 1.0
+    });
+    println!(
+        "ν = {ratio}, h = {smoothing} Δx, {weights:?}, {form:?}, α = {alpha}, c = {modulus:.2}: {:+.2} %, {:+.2} %",
+        100.0 * errors[0],
+        100.0 * errors[1]
+    );
+    errors
+}
+
+// Limits of the tip: extrapolated from 16 and 32 spacings across with an independent prototype.
+
 #[test]
 fn bending_of_a_cantilever() {
-    // Limits: extrapolated from 16 and 32 particles across with an independent prototype.
     for (ratio, limit, bound) in
         [(0.3, 800.5, [0.01, 0.005]), (0.4, 736.8, [0.01, 0.005]), (0.49, 661.7, [0.025, 0.01])]
     {
         let (lambda, mu) = lame(ratio);
-        let mut table = Vec::new();
-        let forms = [
-            (None, 0.0, 0.0),
-            (Some(Form::Own), 1.0, 2.0 * mu),
-            (Some(Form::Own), DEFAULT_HOURGLASS, 2.0 * mu),
-            (Some(Form::Own), 2.0, lambda + 2.0 * mu),
-            (Some(Form::Average), DEFAULT_HOURGLASS, 2.0 * mu),
-            (Some(Form::Average), 2.0, lambda + 2.0 * mu),
-            (Some(Form::Force), 1.0, 2.0 * mu),
-        ];
-        for (form, alpha, modulus) in forms {
-            let errors = [4, 8].map(|across| {
-                let cloud = Cloud::<2>::new(6.0, across, 1.0, WeightChoice::Balanced);
-                let mut stiffness = cloud.elastic(lambda, mu);
-                if let Some(form) = form {
-                    stiffness += cloud.control(form, modulus) * alpha;
-                }
-                tip(&cloud, &stiffness) / limit - 1.0
-            });
-            println!(
-                "ν = {ratio}, {form:?}, α = {alpha}, c = {modulus:.2}: tip at 4, 8 across {:+.2} %, {:+.2} %",
-                100.0 * errors[0],
-                100.0 * errors[1]
-            );
-            table.push(errors);
-        }
-        let chosen = table[2];
+        let balanced = |form, alpha, modulus| (1.0, WeightChoice::Balanced, form, alpha, modulus);
+        let none = bend(ratio, limit, balanced(None, 0.0, 0.0));
+        let chosen = bend(ratio, limit, balanced(Some(Form::Own), DEFAULT_HOURGLASS, 2.0 * mu));
+        let average = bend(ratio, limit, balanced(Some(Form::Average), DEFAULT_HOURGLASS, 2.0 * mu));
+        let force = bend(ratio, limit, balanced(Some(Form::Force), 1.0, 2.0 * mu));
         assert!(chosen[0].abs() < bound[0] && chosen[1].abs() < bound[1], "{chosen:?}");
-        // Neither without control nor with the average is the bending stiffness that good.
-        for other in [table[0], table[4], table[5]] {
+        for other in [none, average, force] {
             assert!(other[0] > 2.0 * chosen[0].abs() && other[1] > 2.0 * chosen[1].abs(), "{other:?}");
         }
+        // With the modulus of pressure waves bending locks.
+        let locked = bend(ratio, limit, balanced(Some(Form::Own), 2.0, lambda + 2.0 * mu));
+        assert!(ratio < 0.49 || locked[0] < -0.5, "{locked:?}");
+    }
+}
+
+#[test]
+fn bending_with_wider_kernels_and_with_separate_weights() {
+    let (ratio, limit, mu) = (0.4, 736.8, lame(0.4).1);
+    let own = |smoothing, weights, alpha| bend(ratio, limit, (smoothing, weights, Some(Form::Own), alpha, 2.0 * mu));
+    let none = |smoothing, weights| bend(ratio, limit, (smoothing, weights, None, 0.0, 0.0));
+    for alpha in [0.5, 1.0, DEFAULT_HOURGLASS] {
+        let found = own(1.2, WeightChoice::Balanced, alpha);
+        assert!(found[0] < 0.25 && found[1] < 0.07, "{found:?}");
+    }
+    assert!(none(1.2, WeightChoice::Balanced)[0] > 0.25);
+    // Separate weights bend well by themselves: much control makes them too stiff.
+    assert!(none(1.0, WeightChoice::Separate)[0].abs() < 0.01);
+    assert!(own(1.0, WeightChoice::Separate, 0.5)[0].abs() < 0.015);
+    assert!(own(1.0, WeightChoice::Separate, DEFAULT_HOURGLASS)[0] < -0.05);
+    for alpha in [0.5, 1.0, 2.0, DEFAULT_HOURGLASS] {
+        own(1.2, WeightChoice::Separate, alpha);
     }
 }
 

@@ -21,8 +21,8 @@
 //! It is the energy of the non-uniform part of a deformation that Silling (2017) adds to correspondence models.
 //! Formulation section 5 has `½(F_a + F_b) X_ab − x_ab` per pair instead. The control most used in Total Lagrangian
 //! SPH, Ganzenmüller's (2015), is the force `½ k (δ_ab + δ_ba) n` with `δ_ab = e_ab·n`. Errors of all three, measured by
-//! `tests/hourglass_study.rs` with linear elasticity in plane strain, balanced weights, h = Δx (at 1.2 Δx all are some
-//! three times larger); `none` is without control:
+//! `tests/hourglass_study.rs` with linear elasticity in plane strain, balanced weights, h = Δx; `none` is without
+//! control:
 //!
 //! | | none | this one | average of both F | Ganzenmüller |
 //! |---|---|---|---|---|
@@ -42,8 +42,10 @@
 //! In 1D (c = ρ c_p², clamped bar of 41 particles, h = 1.2 Δx) the second frequency is 53 % too low without control; with
 //! α = 0.5, 1, 2, 4 it errs by −0.35, −0.32, −0.27, −0.18 %, the lowest by −6.6e-4, −5.6e-4, −4.5e-4, −3.1e-4, and at
 //! h = Δx its order is 2.0 for all of them. So α decides over errors, not over success. With c = 2μ, [`DEFAULT_HOURGLASS`]
-//! is where bending of a cantilever is neither too soft nor too stiff, for any Poisson's ratio. With default
-//! ("separate") weights, which bend too stiffly, 0.5 to 1 is better.
+//! is where bending of a cantilever is neither too soft nor too stiff with balanced weights and h = Δx, for any
+//! Poisson's ratio. Elsewhere it is not as good (ν = 0.4; 4, 8 across): balanced weights at h = 1.2 Δx are softer, +27 %,
+//! +7.5 % without control, +11 %, +3.2 % with α = 3; separate weights bend well by themselves, and α = 3 makes them too
+//! stiff: at h = Δx −7.6 %, −2.4 % (α = 0.5: −1.0 %, −0.3 %), at 1.2 Δx −6.4 %, −2.1 % (α = 1: +1.5 %, +0.4 %).
 //!
 //! c must be a shear modulus where there is one: with `c = ρ c_p² = λ + 2μ` bending locks as ν → ½ (tip −56 % at
 //! ν = 0.49, 4 across, α = 2). The volumetric laws have no other modulus than `ρ c_p²`, and no control unless asked.
