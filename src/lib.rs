@@ -49,7 +49,7 @@
 //! | [`scene`] | TOML to a [`setup::Setup`], all mistakes located | what is computed from it |
 //! | [`discretisation`] | neighbours and gradient weights, once per run | laws, time |
 //! | [`material`] | laws: ψ, p, p′ | particles |
-//! | [`stabilisation`] | D_v and D_p; built only for scenes that ask for it | time |
+//! | [`stabilisation`] | D_v, D_p and hourglass control; built only where asked for | time |
 //! | [`model`] | the semi-discrete system, its Jacobian, its energies | files, time schemes |
 //! | [`output`] | VTU, CSV, plots and the report, from plain slices | what the numbers mean |
 //! | [`simulation`] | the run: prepare, step, keep the books, write | the terminal |
@@ -109,8 +109,9 @@
 //! - Laws are volumetric: they resist changes of volume, not shear. Whatever bends needs laws that are not here
 //!   yet; the scheme `static` is refused.
 //! - Bodies do not interact, with each other or with themselves: there is no contact.
-//! - There is no hourglass control: integration at particles leaves modes with almost no energy, which upwinding
-//!   damps but does not remove. They are the worse the wider the kernel: keep `smoothing` at 1.2 or below.
+//! - Integration at particles leaves modes with almost no energy, the worse the wider the kernel: keep `smoothing` at
+//!   1.2 or below. Upwinding damps them, [hourglass control](stabilisation::Hourglass) removes them; fluids have none
+//!   unless asked, because it resists the bending of what should flow.
 //! - The default weights converge with second order in one dimension at `smoothing = 1` only. Wider kernels, and
 //!   boundaries in two and three dimensions, leave first order or less: 0.5 on the elastic piston.
 //!   [Balanced](setup::WeightChoice::Balanced) weights restore second order there.

@@ -59,6 +59,8 @@ pub struct Body {
     pub material: Material,
     /// Which cofactor the volumetric laws use.
     pub cofactor: CofactorChoice,
+    /// Coefficient α of the hourglass control; 0 switches it off.
+    pub hourglass: f64,
 }
 
 /// Reference configuration of the particles.

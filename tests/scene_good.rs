@@ -15,6 +15,7 @@ title = "Everything"
 dimension = 2
 gravity = [0.0, -10]
 body_force = ["0.1*X", 0]
+hourglass = "none"
 
 [[body]]
 name = "column"
@@ -25,6 +26,7 @@ kernel = "wendland_c2"
 smoothing = 1.3
 weights = "balanced"
 cofactor = "evolved"
+hourglass = 0.25
 material.hyperelastic_volumetric = { density = 1000.0, gamma = 7.0, wave_speed = 10.0 }
 
 [[body]]
@@ -199,8 +201,10 @@ fn every_key_reaches_the_set_up() {
     assert_eq!(setup.initial.displacement[10].as_slice(), [0.0, 0.0]);
     let pressure = setup.initial.pressure.as_ref().unwrap();
     assert_eq!((pressure[0], pressure[10], pressure[15]), (20_000.0, 10_000.0, 150.0));
-    assert_eq!(warnings.len(), 1, "{warnings:?}");
-    assert!(warnings[0].contains("overrule the initial displacement"), "{warnings:?}");
+    assert_eq!((column.hourglass, block.hourglass), (0.25, 0.0));
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+    assert!(warnings[0].contains("hourglass control makes a fluid resist"), "{warnings:?}");
+    assert!(warnings[1].contains("overrule the initial displacement"), "{warnings:?}");
 
     assert_eq!(setup.tractions.len(), 2);
     assert_eq!(setup.tractions[0].areas, [(4, 0.25), (9, 0.5), (14, 0.25)]);

@@ -5,8 +5,7 @@
 //! Separate weights with h = Δx: order 2.00. One array for both: order 1. The comparison is a result.
 //! With h = 1.2 Δx *both* are of first order, at any time: the corrected gradient is exact for linear
 //! fields, but its transpose turns a constant stress into a force on the particles next to the free end
-//! (8 % of the traction, tested below; nothing at all with h = Δx and separate weights). Second order was
-//! measured at h ≤ 1.2 Δx with the hourglass control of formulation section 5, which does not exist yet.
+//! (8 % of the traction, tested below; nothing at all with h = Δx and separate weights).
 //! At h ≤ Δx neighbours at 2h carry no weight, the stencil is the nearest ring, and the result does not
 //! depend on h at all.
 //!

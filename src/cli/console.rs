@@ -78,6 +78,14 @@ impl Monitor for Console {
         (self.start, self.last) = (Instant::now(), Instant::now());
     }
 
+    fn warned(&mut self, warning: &str) {
+        match &self.bar {
+            _ if self.quiet => {}
+            Some(bar) => bar.suspend(|| eprintln!("warning: {warning}")),
+            None => eprintln!("warning: {warning}"),
+        }
+    }
+
     fn stepped(&mut self, progress: &Progress<'_>) {
         if self.quiet || !self.shows_progress {
             return;

@@ -106,6 +106,12 @@ impl Material {
         self.moduli().1
     }
 
+    /// Modulus that scales the hourglass control, Pa: 2μ of a solid, `ρ c_p²` of a fluid.
+    pub fn hourglass_modulus(&self) -> f64 {
+        let (longitudinal, shear) = self.moduli();
+        if shear > 0.0 { 2.0 * shear } else { longitudinal }
+    }
+
     /// Largest speed of waves, m/s, as seen from reference coordinates: at rest times at least 1, from the smallest
     /// and largest principal stretches squared. The laws of J grow with the area ratio (3.57), St Venant–Kirchhoff
     /// with the stretch.

@@ -38,12 +38,17 @@ impl Slots {
         &self.pattern
     }
 
+    /// Slots of c's neighbours in a's ring, for the entry (a, c).
+    pub(super) fn of_entry(&self, entry: usize) -> &[u32] {
+        &self.slots[self.slot_starts[entry]..self.slot_starts[entry + 1]]
+    }
+
     fn ring(&self, a: usize) -> &[u32] {
         &self.rings[self.ring_starts[a]..self.ring_starts[a + 1]]
     }
 
     /// Position of a neighbour of `a` in a's ring.
-    fn position(&self, a: usize, neighbour: usize) -> usize {
+    pub(super) fn position(&self, a: usize, neighbour: usize) -> usize {
         self.ring(a).partition_point(|&e| (e as usize) < neighbour)
     }
 }
@@ -80,8 +85,8 @@ impl Tangent for OneRing {
 
 /// Derivatives of a particle's force f and rate j with respect to one ring member.
 #[derive(Clone, Copy)]
-struct Block<const D: usize> {
-    force_by_displacement: Tensor<D>,
+pub(super) struct Block<const D: usize> {
+    pub(super) force_by_displacement: Tensor<D>,
     force_by_velocity: Tensor<D>,
     force_by_volume: Vector<D>,
     rate_by_displacement: Vector<D>,
@@ -242,6 +247,7 @@ impl<const D: usize> Model<D> {
         let neighbourhood = &self.gradient.neighbourhood;
         let with_volume = self.unknowns.kind() != Unknowns::Velocity;
         let own = neighbourhood.own_entry(a) - neighbourhood.row(a).start;
+        self.hourglass_blocks(a, slots, blocks);
         let sums = self.upwind.is_some().then(|| self.pair_blocks(a, own, slots, blocks));
         for (local, entry) in neighbourhood.row(a).enumerate() {
             let c = neighbourhood.neighbour(entry);
@@ -276,8 +282,7 @@ impl<const D: usize> Model<D> {
                     blocks[slot].rate_by_volume += frozen.rate_by_volume;
                 }
             }
-            let into = &slots.slots[slots.slot_starts[entry]..slots.slot_starts[entry + 1]];
-            for (&slot, inner) in into.iter().zip(neighbourhood.row(c)) {
+            for (&slot, inner) in slots.of_entry(entry).iter().zip(neighbourhood.row(c)) {
                 let weight = &self.gradient.weights[inner];
                 let block = &mut blocks[slot as usize];
                 for (i, b) in force.iter().enumerate() {
@@ -292,7 +297,7 @@ impl<const D: usize> Model<D> {
                 }
             }
             if let Some(viscous) = self.linearisation.viscous.get(c) {
-                for (&slot, inner) in into.iter().zip(neighbourhood.row(c)) {
+                for (&slot, inner) in slots.of_entry(entry).iter().zip(neighbourhood.row(c)) {
                     let weight = &self.gradient.weights[inner];
                     let block = &mut blocks[slot as usize].force_by_velocity;
                     for i in 0..D {
@@ -378,8 +383,7 @@ impl<const D: usize> Model<D> {
         for (side, (centre, centre_slot)) in sides.into_iter().enumerate() {
             // The entry (a, centre) knows the slots of the centre's neighbours in a's ring.
             let entry = neighbourhood.row(a).start + neighbourhood.of(a).partition_point(|&c| (c as usize) < centre);
-            let into = &slots.slots[slots.slot_starts[entry]..slots.slot_starts[entry + 1]];
-            for (&member, inner) in into.iter().zip(neighbourhood.row(centre)) {
+            for (&member, inner) in slots.of_entry(entry).iter().zip(neighbourhood.row(centre)) {
                 visit(side, &upwind.reconstruction[inner], member as usize, centre_slot);
             }
         }

@@ -17,6 +17,8 @@ pub struct Energies {
     pub kinetic: f64,
     /// `Σ V ψ`.
     pub internal: f64,
+    /// `Π` of the hourglass control.
+    pub hourglass: f64,
 }
 
 /// Sums over particles in chunks of this length, in order: independent of the number of threads.
@@ -24,7 +26,7 @@ const CHUNK: usize = 1024;
 
 impl<const D: usize> Model<D> {
     /// Sum over particles whose bits do not depend on the number of threads.
-    fn sum<T: Send + std::iter::Sum<T>>(&self, term: impl Fn(usize) -> T + Sync) -> T {
+    pub(super) fn sum<T: Send + std::iter::Sum<T>>(&self, term: impl Fn(usize) -> T + Sync) -> T {
         let n = self.particles();
         let chunks: Vec<T> = (0..n.div_ceil(CHUNK))
             .into_par_iter()
@@ -38,7 +40,7 @@ impl<const D: usize> Model<D> {
         Vector::from_column_slice(&state[start..start + D])
     }
 
-    /// Kinetic and internal energy.
+    /// Kinetic and internal energy, and that of the hourglass control.
     pub fn energies(&self, state: &[f64]) -> Energies {
         let ratios = self.volume_ratios(state);
         Energies {
@@ -48,6 +50,7 @@ impl<const D: usize> Model<D> {
                 let solid = material.solid.map_or(0.0, |solid| solid.energy(&self.deformation(state, a)));
                 self.setup.particles.volumes[a] * (material.energy(ratios[a]) + solid)
             }),
+            hourglass: self.hourglass_energy(self.displacements(state)),
         }
     }
 

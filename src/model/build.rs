@@ -11,7 +11,7 @@ use super::{Clocks, Model, Terms};
 use crate::discretisation::{DiscretisationError, Gradient, describe_particle};
 use crate::material::Material;
 use crate::setup::{Body, CofactorChoice, Constraint, Setup};
-use crate::stabilisation::Upwind;
+use crate::stabilisation::{Hourglass, Upwind};
 use crate::tensor::{Tensor, determinant};
 
 /// Why a set-up cannot become a model.
@@ -68,6 +68,8 @@ impl<const D: usize> Model<D> {
             None => None,
             Some(options) => Some(Upwind::build(options, &setup.bodies, &setup.particles, &gradient, &laws)?),
         };
+        let moduli: Vec<f64> = laws.iter().map(|law| law.hourglass_modulus()).collect();
+        let hourglass = Hourglass::build(&setup.bodies, &setup.particles, &gradient.neighbourhood, &moduli, &masses);
         let coupled = upwind.as_ref().is_some_and(Upwind::has_pressure);
         let unknowns = match unknowns {
             None if coupled => Unknowns::VelocityJacobian,
@@ -88,7 +90,7 @@ impl<const D: usize> Model<D> {
         let mut model = Self {
             unknowns: Numbering::new(unknowns, &setup),
             loads: Loads::new(&setup, &masses),
-            workspace: Workspace::new(count, upwind.is_some(), reconstructed),
+            workspace: Workspace::new(count, upwind.is_some(), reconstructed, hourglass.is_some()),
             stage: Stage::default(),
             linearisation: Linearisation::default(),
             linear: false,
@@ -98,6 +100,7 @@ impl<const D: usize> Model<D> {
             setup,
             gradient,
             upwind,
+            hourglass,
             materials,
             body_of,
             masses,

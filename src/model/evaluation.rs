@@ -85,23 +85,26 @@ impl<const D: usize> Point<D> {
 pub struct Workspace<const D: usize> {
     /// One entry per particle.
     pub points: Vec<Point<D>>,
-    /// Volume times first Piola–Kirchhoff stress, N m^(1).
+    /// Volume times first Piola–Kirchhoff stress, and T of the hourglass control, N m^(1).
     pub stress: Vec<Tensor<D>>,
     /// Reconstruction slopes of velocity and pressure; empty without reconstruction.
     pub slopes: Vec<(Tensor<D>, Vector<D>)>,
     /// Force of D_v and rate of D_p; empty without stabilisation.
     pub pairs: Vec<(Vector<D>, f64)>,
+    /// Pair forces of the hourglass control, N; empty without.
+    pub hourglass: Vec<Vector<D>>,
 }
 
 impl<const D: usize> Workspace<D> {
     /// Space for `n` particles.
-    pub fn new(n: usize, stabilised: bool, reconstructed: bool) -> Self {
+    pub fn new(n: usize, stabilised: bool, reconstructed: bool, controlled: bool) -> Self {
         let rest = Point::<D>::REST;
         Self {
             points: vec![rest(); n],
             stress: vec![Tensor::zeros(); n],
             slopes: if reconstructed { vec![(Tensor::zeros(), Vector::zeros()); n] } else { Vec::new() },
             pairs: if stabilised { vec![(Vector::zeros(), 0.0); n] } else { Vec::new() },
+            hourglass: if controlled { vec![Vector::zeros(); n] } else { Vec::new() },
         }
     }
 }
@@ -142,12 +145,13 @@ impl<const D: usize> Model<D> {
         velocity: &[f64],
         volume_ratios: VolumeRatios<'_, D>,
     ) -> Result<(), EvaluationError> {
-        let mut workspace = std::mem::replace(&mut self.workspace, Workspace::new(0, false, false));
+        let mut workspace = std::mem::replace(&mut self.workspace, Workspace::new(0, false, false, false));
         let (model, bad) = (&*self, AtomicUsize::new(usize::MAX));
         let deformed = model.upwind.as_ref().is_some_and(|upwind| upwind.options.deformed_wave_speed);
         workspace.points.par_iter_mut().zip(workspace.stress.par_iter_mut()).with_min_len(GRAIN).enumerate().for_each(
             |(a, (point, stress))| {
-                point.deformation = Tensor::identity() + model.gradient.of(a, displacement);
+                let gradient = model.gradient.of(a, displacement);
+                point.deformation = Tensor::identity() + gradient;
                 point.velocity_gradient = model.gradient.of(a, velocity);
                 let solid = model.constitutive(a, volume_ratios, point).unwrap_or_else(|_| {
                     bad.fetch_min(a, Ordering::Relaxed);
@@ -158,6 +162,9 @@ impl<const D: usize> Model<D> {
                 } else {
                     Tensor::zeros()
                 };
+                if let Some(control) = model.active_hourglass() {
+                    *stress += control.stress(a, &model.gradient.neighbourhood, displacement, &gradient);
+                }
                 if deformed {
                     point.wave_speed = model.material(a).wave_speed() / smallest_stretch(&point.deformation).0.sqrt();
                 }
@@ -296,6 +303,9 @@ impl<const D: usize> Model<D> {
 
     fn second_sweep(&mut self, displacement: &[f64], velocity: &[f64]) {
         self.pair_terms(displacement, velocity);
+        if self.hourglass.is_some() {
+            self.hourglass_forces(displacement);
+        }
         let mut points = std::mem::take(&mut self.workspace.points);
         let (model, workspace) = (&*self, &self.workspace);
         points.par_iter_mut().with_min_len(GRAIN).enumerate().for_each(|(a, point)| {
@@ -303,6 +313,9 @@ impl<const D: usize> Model<D> {
             if let Some((force, rate)) = workspace.pairs.get(a) {
                 point.force += force;
                 point.rate += rate;
+            }
+            if let Some(force) = workspace.hourglass.get(a) {
+                point.force += force;
             }
         });
         self.workspace.points = points;

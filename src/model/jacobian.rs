@@ -268,6 +268,9 @@ impl<const D: usize> Model<D> {
                 list.push(("D_p", Terms { pressure_upwind: true, ..Terms::NONE }));
             }
         }
+        if self.hourglass().is_some() {
+            list.push(("hourglass", Terms { hourglass: true, ..Terms::NONE }));
+        }
         list
     }
 

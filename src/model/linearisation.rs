@@ -79,8 +79,10 @@ pub struct Linearisation<const D: usize> {
 }
 
 /// Variations of the fields, full length.
-struct Variation<'a> {
+struct Variation<'a, const D: usize> {
     displacement: &'a [f64],
+    /// Of the displacements; empty without hourglass control.
+    gradients: &'a [Tensor<D>],
     velocity: &'a [f64],
     volume: &'a [f64],
 }
@@ -257,9 +259,9 @@ impl<const D: usize> Model<D> {
         (displacement, velocity, volume)
     }
 
-    fn vary_point(&self, a: usize, field: &Variation<'_>) -> PointVariation<D> {
+    fn vary_point(&self, a: usize, field: &Variation<'_, D>) -> PointVariation<D> {
         let frozen = &self.linearisation.particles[a];
-        let gradient = self.gradient.of(a, field.displacement);
+        let gradient = field.gradients.get(a).copied().unwrap_or_else(|| self.gradient.of(a, field.displacement));
         let mut out = PointVariation {
             stress: apply4(&frozen.stress_by_gradient, &gradient),
             cofactor: Tensor::zeros(),
@@ -269,6 +271,9 @@ impl<const D: usize> Model<D> {
         };
         if let Some(viscous) = self.linearisation.viscous.get(a) {
             out.stress += apply4(viscous, &self.gradient.of(a, field.velocity));
+        }
+        if let Some(control) = self.active_hourglass() {
+            out.stress += control.stress(a, &self.gradient.neighbourhood, field.displacement, &gradient);
         }
         if let Some(&volume) = field.volume.get(a) {
             let velocity_gradient = self.gradient.of(a, field.velocity);
@@ -298,13 +303,17 @@ impl<const D: usize> Model<D> {
     fn vary_rates(
         &self,
         a: usize,
-        field: &Variation<'_>,
+        field: &Variation<'_, D>,
         points: &[PointVariation<D>],
         stress: &[Tensor<D>],
         slopes: &[(Tensor<D>, Vector<D>)],
     ) -> (Vector<D>, f64) {
         let mut force = -self.gradient.transposed_of(a, stress);
         let mut rate = points[a].rate;
+        if let Some(control) = self.active_hourglass() {
+            let near = &self.gradient.neighbourhood;
+            force += control.force(a, near, field.displacement, |b| field.gradients[b]);
+        }
         let Some(upwind) = self.upwind.as_ref() else { return (force, rate) };
         for entry in self.gradient.neighbourhood.row(a) {
             let b = self.gradient.neighbourhood.neighbour(entry);
@@ -360,7 +369,9 @@ impl<const D: usize> Tangent for Model<D> {
     fn apply(&self, v: &[f64], out: &mut [f64]) {
         let (n, s) = (self.particles(), self.linearisation.shift);
         let (displacement, velocity, volume) = self.vary_fields(v);
-        let field = Variation { displacement: &displacement, velocity: &velocity, volume: &volume };
+        let gradients = self.hourglass_gradients(&displacement);
+        let field =
+            Variation { displacement: &displacement, gradients: &gradients, velocity: &velocity, volume: &volume };
         let points: Vec<PointVariation<D>> =
             (0..n).into_par_iter().with_min_len(GRAIN).map(|a| self.vary_point(a, &field)).collect();
         let stress: Vec<Tensor<D>> = points.iter().map(|point| point.stress).collect();

@@ -7,7 +7,7 @@
 //!
 //! ```text
 //! F_a = I + Σ_b u_b ⊗ g_ab          L_a = Σ_b v_b ⊗ g_ab
-//! m_a v̇_a = −Σ_b V_b P_b g_ba + V_a D_v,a + loads        P = −p(J) H
+//! m_a v̇_a = −Σ_b V_b P_b g_ba + V_a D_v,a − ∂Π/∂u_a + loads        P = −p(J) H
 //! J̇_a = H_a : L_a + D_p,a
 //! u̇_a = v_a
 //! ```
@@ -15,6 +15,7 @@
 //! | file | purpose |
 //! |---|---|
 //! | `evaluation` | the two sweeps that give forces and rates |
+//! | `hourglass` | the control's forces and entries |
 //! | `unknowns` | which numbers an implicit stage solves for |
 //! | `stage` | `u = ũ + s f(t, u)` as a nonlinear problem |
 //! | `conserving` | the discrete-gradient step that conserves energy |
@@ -28,6 +29,7 @@ mod balance;
 mod build;
 mod conserving;
 mod evaluation;
+mod hourglass;
 mod jacobian;
 mod linearisation;
 mod loads;
@@ -49,7 +51,7 @@ pub use unknowns::Unknowns;
 use crate::discretisation::{Gradient, describe_particle};
 use crate::material::Material;
 use crate::setup::{CofactorChoice, Setup};
-use crate::stabilisation::Upwind;
+use crate::stabilisation::{Hourglass, Upwind};
 use crate::tensor::Vector;
 use evaluation::Workspace;
 use linearisation::Linearisation;
@@ -67,13 +69,17 @@ pub struct Terms {
     pub velocity_upwind: bool,
     /// D_p.
     pub pressure_upwind: bool,
+    /// Hourglass control.
+    pub hourglass: bool,
 }
 
 impl Terms {
     /// Every term.
-    pub const ALL: Self = Self { stress: true, volume_rate: true, velocity_upwind: true, pressure_upwind: true };
+    pub const ALL: Self =
+        Self { stress: true, volume_rate: true, velocity_upwind: true, pressure_upwind: true, hourglass: true };
     /// No term.
-    pub const NONE: Self = Self { stress: false, volume_rate: false, velocity_upwind: false, pressure_upwind: false };
+    pub const NONE: Self =
+        Self { stress: false, volume_rate: false, velocity_upwind: false, pressure_upwind: false, hourglass: false };
 }
 
 /// Time spent in the parts of a model, for the breakdown of a run.
@@ -109,6 +115,7 @@ pub struct Model<const D: usize> {
     setup: Setup<D>,
     gradient: Gradient<D>,
     upwind: Option<Upwind<D>>,
+    hourglass: Option<Hourglass<D>>,
     /// Law and cofactor of each particle's body, by body.
     materials: Vec<(Material, CofactorChoice)>,
     body_of: Vec<u32>,

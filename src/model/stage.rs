@@ -88,7 +88,11 @@ impl<const D: usize> System for Model<D> {
 
     fn stable_step(&mut self, _t: f64, state: &[f64]) -> f64 {
         let speed = self.largest_wave_speed(self.displacements(state));
-        let wave = self.cfl * self.smallest_distance / speed;
+        let mut wave = self.cfl * self.smallest_distance / speed;
+        if let Some(control) = &self.hourglass {
+            // The limit d/c holds up to a frequency of 2c/d; squares of frequencies add up at most.
+            wave = self.cfl / (speed / self.smallest_distance).hypot(0.5 * control.frequency());
+        }
         // A viscous mode decays at the rate ν k²; both limits together bind sooner than either.
         let diffusivity = self.largest_kinematic_viscosity();
         if diffusivity == 0.0 {
@@ -215,7 +219,11 @@ impl<const D: usize> Model<D> {
         let cofactor = (point.cofactor.norm() / root).max(1.0 + self.reach[a] * moved / root);
         let ratio = 1.0 + cofactor * self.stage.shift * point.velocity_gradient.norm();
         let stress = (point.pressure.abs() + modulus * ratio) * cofactor * self.setup.particles.volumes[a];
-        self.masses[a] * (v + base) + self.stage.shift * (stress * self.reach[a] + self.loads.on(a).norm())
+        let hourglass = self
+            .active_hourglass()
+            .map_or(0.0, |control| control.summands(a, 1.0 + point.deformation.norm() / root, moved, self.reach[a]));
+        let forces = stress * self.reach[a] + hourglass + self.loads.on(a).norm();
+        self.masses[a] * (v + base) + self.stage.shift * forces
     }
 
     /// Writes the residual of the evaluated point and returns the scale of its summands.

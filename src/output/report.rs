@@ -99,6 +99,7 @@ impl Report {
             ("explicit_step_limit", self.explicit_step_limit.is_none()),
             ("energy.max_relative_drift", self.energy.max_relative_drift.is_none()),
             ("energy.ledger_error", self.energy.ledger_error.is_none()),
+            ("energy.hourglass_max_fraction", self.energy.hourglass_max_fraction.is_none()),
             ("linear_momentum_drift", self.linear_momentum_drift.is_none()),
             ("angular_momentum_drift", self.angular_momentum_drift.is_none()),
         ];
@@ -146,7 +147,7 @@ mod tests {
             ("newton", "failures iterations linearisations residual_evaluations solves"),
             ("linear", "analyses factorisations fill iterations solver solves"),
             ("wall_seconds", "assembly factorisation output rate setup solve total"),
-            ("energy", "dissipated final initial ledger_error max_relative_drift"),
+            ("energy", "dissipated final hourglass_max_fraction initial ledger_error max_relative_drift"),
             ("provenance", "command commit scene threads version"),
         ];
         for (group, names) in promised {

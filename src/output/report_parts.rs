@@ -90,10 +90,11 @@ pub struct WallSeconds {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EnergyBudget {
-    /// Kinetic plus internal energy, less the work of loads and moving constraints (zero then), at the start.
+    /// Kinetic plus internal plus hourglass energy, less the work of loads and moving constraints (zero then), at
+    /// the start.
     #[serde(deserialize_with = "number_or_null")]
     pub initial: f64,
-    /// Kinetic plus internal energy, less the work of loads and moving constraints, at the end.
+    /// Kinetic plus internal plus hourglass energy, less the work of loads and moving constraints, at the end.
     #[serde(deserialize_with = "number_or_null")]
     pub r#final: f64,
     /// Largest change of the total energy over its scale; `None` where that has no meaning.
@@ -103,6 +104,9 @@ pub struct EnergyBudget {
     pub dissipated: f64,
     /// What the ledger (change of energy + dissipation − work) fails to explain; `None` without a ledger.
     pub ledger_error: Option<f64>,
+    /// Largest energy of the hourglass control over the largest internal energy until then; `None` without control
+    /// or history.
+    pub hourglass_max_fraction: Option<f64>,
 }
 
 /// Distance from an exact solution.

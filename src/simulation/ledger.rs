@@ -1,7 +1,7 @@
 //! The energy and momentum ledger of a run.
 //!
 //! ```text
-//! total(t) = kinetic + internal − external work        ledger error = total(t) + dissipated(t) − total(0)
+//! total(t) = kinetic + internal + hourglass − external work        ledger error = total(t) + dissipated(t) − total(0)
 //! ```
 //!
 //! Works of loads are integrated by the trapezoidal rule along the path, `½(f₀ + f₁)·Δu`, exact for
@@ -25,8 +25,10 @@ pub struct Entry {
     pub external: f64,
     /// Energy dissipated by upwinding and viscosity since the start, J.
     pub dissipated: f64,
-    /// `kinetic + internal − external`, J.
+    /// `kinetic + internal + hourglass − external`, J.
     pub total: f64,
+    /// Energy of the hourglass control, J.
+    pub hourglass: f64,
 }
 
 /// What the ledger says about a whole run.
@@ -40,6 +42,9 @@ pub struct Summary {
     pub ledger_error: f64,
     /// Energy dissipated, J.
     pub dissipated: f64,
+    /// Largest energy of the hourglass control over the largest internal energy until then; `None` without
+    /// control.
+    pub hourglass_fraction: Option<f64>,
     /// Largest drift of linear momentum over its scale; `None` for a body that is held or loaded.
     pub linear_momentum: Option<f64>,
     /// Largest drift of angular momentum over its scale; `None` as above, and in 1D.
@@ -55,6 +60,9 @@ pub struct Ledger {
     largest_error: f64,
     /// Largest kinetic energy and largest change of internal energy: the scale if the total is zero.
     exchange: f64,
+    /// Largest internal energy so far, and largest fraction of the hourglass control in it.
+    internal: f64,
+    hourglass: Option<f64>,
     time: f64,
     /// State at the last entry, and the mean state of a step.
     state: Vec<f64>,
@@ -104,6 +112,7 @@ impl Ledger {
             momenta.follow(model, state);
             ledger.momentum = Some(momenta);
         }
+        ledger.hourglass = model.hourglass().map(|_| 0.0);
         ledger.write(model.energies(state));
         ledger.initial = ledger.entry.total;
         ledger.exchange = ledger.entry.kinetic;
@@ -178,12 +187,24 @@ impl Ledger {
     fn write(&mut self, energies: Energies) {
         self.entry.kinetic = energies.kinetic;
         self.entry.internal = energies.internal;
-        self.entry.total = energies.kinetic + energies.internal - self.entry.external;
+        self.entry.hourglass = energies.hourglass;
+        self.entry.total = energies.kinetic + energies.internal + energies.hourglass - self.entry.external;
+        self.internal = self.internal.max(energies.internal);
+        // Where nothing is deformed yet both are rounding.
+        let noise = 1e-12 * self.exchange.max(energies.kinetic);
+        if let Some(fraction) = self.hourglass.as_mut().filter(|_| energies.hourglass > noise) {
+            *fraction = fraction.max(energies.hourglass / self.internal.max(noise));
+        }
     }
 
     fn kinetic_of_moving<const D: usize>(&self, model: &Model<D>, state: &[f64]) -> f64 {
         let velocity = model.velocities_of(state);
         self.moving.iter().map(|&i| 0.5 * model.masses()[i / D] * velocity[i] * velocity[i]).sum()
+    }
+
+    /// Largest energy of the hourglass control so far over the largest internal energy until then.
+    pub fn hourglass_fraction(&self) -> Option<f64> {
+        self.hourglass
     }
 
     /// Closes the books.
@@ -196,6 +217,7 @@ impl Ledger {
             drift: self.largest_drift / scale,
             ledger_error: self.largest_error / scale,
             dissipated: self.entry.dissipated,
+            hourglass_fraction: self.hourglass,
             linear_momentum: momentum.map(|m| relative(m.drift.0, m.scale.0)),
             angular_momentum: momentum.filter(|m| m.linear.len() > 1).map(|m| relative(m.drift.1, m.scale.1)),
         }

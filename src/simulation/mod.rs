@@ -115,6 +115,10 @@ pub trait Monitor {
     fn started(&mut self, plan: &Plan<'_>) {
         let _ = plan;
     }
+    /// When something came up in the run that the user should know.
+    fn warned(&mut self, warning: &str) {
+        let _ = warning;
+    }
     /// After an accepted step.
     fn stepped(&mut self, progress: &Progress<'_>) {
         let _ = progress;
@@ -182,6 +186,7 @@ fn run_in<const D: usize>(
     });
     let mut message = None;
     let mut status = Status::Completed;
+    let mut told = prepared.warnings.len();
     while prepared.state.time < prepared.end {
         if interrupt.load(Ordering::Relaxed) {
             status = Status::Interrupted;
@@ -203,6 +208,8 @@ fn run_in<const D: usize>(
                     let _ = recorder.close(&prepared, Status::Failed, failed, Times::of(setup_time, begin));
                     return Err(error);
                 }
+                prepared.warnings[told..].iter().for_each(|warning| monitor.warned(warning));
+                told = prepared.warnings.len();
                 monitor.stepped(&Progress {
                     time: prepared.state.time,
                     end: prepared.end,

@@ -185,6 +185,9 @@ impl<const D: usize> Prepared<D> {
         if model.upwind().is_some() {
             memory += pairs * 8.0 * (1 + D) as f64;
         }
+        if let Some(hourglass) = model.hourglass() {
+            memory += hourglass.entries() as f64 * 8.0;
+        }
         if implicit {
             // Values and columns, held twice (assembled and factored copy), slots, and a factor whose
             // fill grows as n log n in 2D and n^(4/3) in 3D.

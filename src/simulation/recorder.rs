@@ -16,8 +16,11 @@ use crate::output::{
 use crate::scene::Scene;
 
 /// Columns of `history.csv`.
-const HISTORY: [&str; 9] =
-    ["t", "dt", "kinetic", "internal", "external", "dissipated", "total", "newton_iterations", "rejected"];
+const HISTORY: [&str; 10] =
+    ["t", "dt", "kinetic", "internal", "external", "dissipated", "total", "newton_iterations", "rejected", "hourglass"];
+
+/// Energy of the hourglass control over the internal energy that is worth a warning.
+const MUCH_HOURGLASS: f64 = 0.05;
 
 /// Writes histories, probes and frames as the run goes on, plots and report at its end.
 pub struct Recorder<const D: usize> {
@@ -25,6 +28,7 @@ pub struct Recorder<const D: usize> {
     provenance: Provenance,
     ledger: Ledger,
     keeps_history: bool,
+    hourglass_warned: bool,
     history: Option<Table>,
     columns: HistoryColumns,
     gauges: Vec<Gauge<D>>,
@@ -63,6 +67,7 @@ impl<const D: usize> Recorder<D> {
             provenance,
             ledger,
             keeps_history: output.history,
+            hourglass_warned: false,
             history: None,
             columns: HistoryColumns::default(),
             gauges,
@@ -128,6 +133,7 @@ impl<const D: usize> Recorder<D> {
                 return Err(RunError::Outside { time, error });
             }
         }
+        self.watch_hourglass(prepared);
         self.row(prepared, step.step, step.newton_iterations, step.rejected)?;
         if prepared.state.time >= self.next_frame() {
             self.frame(prepared)?;
@@ -136,13 +142,28 @@ impl<const D: usize> Recorder<D> {
         Ok(())
     }
 
+    /// Warns when the hourglass control first holds much of the energy.
+    fn watch_hourglass(&mut self, prepared: &mut Prepared<D>) {
+        let Some(fraction) = self.ledger.hourglass_fraction() else { return };
+        if self.keeps_history && !self.hourglass_warned && fraction > MUCH_HOURGLASS {
+            self.hourglass_warned = true;
+            prepared.warnings.push(format!(
+                "at t = {:.4e} s the energy of the hourglass control is {:.1} % of the largest internal energy: the \
+                 particles are too coarse for this motion; refine them, start from smoother fields, or lower `hourglass`",
+                prepared.state.time,
+                100.0 * fraction
+            ));
+        }
+    }
+
     fn row(&mut self, prepared: &Prepared<D>, dt: f64, newton: usize, rejected: usize) -> Result<(), RunError> {
         let t = prepared.state.time;
         if self.keeps_history {
             let e = self.ledger.entry();
             if let Some(table) = &mut self.history {
+                let counts = (newton as f64, rejected as f64);
                 let row =
-                    [t, dt, e.kinetic, e.internal, e.external, e.dissipated, e.total, newton as f64, rejected as f64];
+                    [t, dt, e.kinetic, e.internal, e.external, e.dissipated, e.total, counts.0, counts.1, e.hourglass];
                 table.row(&row)?;
             }
             if self.plots {
@@ -262,6 +283,7 @@ impl<const D: usize> Recorder<D> {
                 max_relative_drift: self.keeps_history.then_some(ledger.drift),
                 dissipated: ledger.dissipated,
                 ledger_error: self.keeps_history.then_some(ledger.ledger_error),
+                hourglass_max_fraction: ledger.hourglass_fraction.filter(|_| self.keeps_history),
             },
             linear_momentum_drift: ledger.linear_momentum.filter(|_| self.keeps_history),
             angular_momentum_drift: ledger.angular_momentum.filter(|_| self.keeps_history),

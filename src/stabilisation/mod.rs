@@ -1,5 +1,7 @@
-//! Upwind (Riemann) stabilisation; built only for scenes that ask for it.
+//! Upwind (Riemann) stabilisation and hourglass control; built only for scenes that ask for them.
 
+mod hourglass;
 mod upwind;
 
+pub use hourglass::{DEFAULT_HOURGLASS, Hourglass};
 pub use upwind::{PressurePair, Upwind, VelocityPair};

@@ -6,7 +6,7 @@ use std::path::Path;
 use nalgebra::SVector;
 
 use super::shapes::{Plan, Shape, plan};
-use super::{material, name};
+use super::{material, name, stabilisation};
 use crate::scene::document::{BodyText, Document, Spanned};
 use crate::scene::findings::{Findings, Span};
 use crate::setup::{Body, KernelChoice, Particles};
@@ -97,7 +97,9 @@ pub(super) fn make<const D: usize>(
         let material = material::read::<D>(&text.material, findings);
         let shape = plan.and_then(|plan| plan.shape(findings));
         let smoothing = smoothing(text, shape.as_ref(), findings);
-        let (Some(shape), Some(material), Some(smoothing)) = (shape, material, smoothing) else {
+        let hourglass = stabilisation::hourglass::<D>(text, document, material.as_ref(), findings);
+        let (Some(shape), Some(material), Some(smoothing), Some(hourglass)) = (shape, material, smoothing, hourglass)
+        else {
             made.push(None);
             continue;
         };
@@ -115,6 +117,7 @@ pub(super) fn make<const D: usize>(
             weights: text.weights.into(),
             material,
             cofactor: text.cofactor.into(),
+            hourglass,
         };
         made.push(Some(Made { body, lower, upper, is_box, has_faces }));
     }

@@ -1,8 +1,12 @@
-//! `[stabilisation]`.
+//! `[stabilisation]` and `hourglass`.
 
-use crate::scene::document::{Document, GradientText, InterfaceText, PressureJumpText, WaveSpeedText};
+use crate::material::Material;
+use crate::scene::document::{
+    BodyText, Document, GradientText, HourglassText, InterfaceText, PressureJumpText, WaveSpeedText,
+};
 use crate::scene::findings::Findings;
 use crate::setup::Stabilisation;
+use crate::stabilisation::DEFAULT_HOURGLASS;
 
 /// The stabilisation, absent if both coefficients are zero.
 pub(super) fn read(document: &Document, findings: &mut Findings<'_>) -> Option<Stabilisation> {
@@ -24,4 +28,37 @@ pub(super) fn read(document: &Document, findings: &mut Findings<'_>) -> Option<S
         reconstructed: text.interface == InterfaceText::Reconstructed,
         stress_jump: text.pressure_jump == PressureJumpText::Stress,
     })
+}
+
+/// Coefficient of the hourglass control: that of the body, else that of the scene, else that of its law.
+pub(super) fn hourglass<const D: usize>(
+    body: &BodyText,
+    document: &Document,
+    material: Option<&Material>,
+    findings: &mut Findings<'_>,
+) -> Option<f64> {
+    let Some(given) = body.hourglass.as_ref().or(document.hourglass.as_ref()) else {
+        return Some(material.map_or(0.0, default_hourglass));
+    };
+    let coefficient = match *given.get_ref() {
+        HourglassText::Off => return Some(0.0),
+        HourglassText::Coefficient(value) => value,
+    };
+    if !(coefficient.is_finite() && coefficient >= 0.0) {
+        findings.error(
+            given.span(),
+            format!("`hourglass` is {coefficient}, but must be zero or positive"),
+            "give a number that is zero or positive, usual are 0.5 to 4, or \"none\"",
+        );
+        return None;
+    }
+    if D > 1 && coefficient > 0.0 && material.is_some_and(|law| default_hourglass(law) == 0.0) {
+        findings.warning(given.span(), "hourglass control makes a fluid resist bending, as a solid does");
+    }
+    Some(coefficient)
+}
+
+/// Coefficient where a scene says nothing: none for fluids, which are to change their shape freely.
+fn default_hourglass(material: &Material) -> f64 {
+    if material.shear_modulus() > 0.0 { DEFAULT_HOURGLASS } else { 0.0 }
 }

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error, IntoDeserializer, SeqAccess, Visitor};
 use toml::Spanned;
 
-use super::{FieldList, MaterialText, Number, Text, Vector};
+use super::{FieldList, HourglassText, MaterialText, Number, Text, Vector};
 use crate::geometry::Layout;
 use crate::setup::{CofactorChoice, KernelChoice, WeightChoice};
 
@@ -27,6 +27,7 @@ pub(in crate::scene) struct BodyText {
     pub weights: WeightText,
     #[serde(default)]
     pub cofactor: CofactorText,
+    pub hourglass: Option<Spanned<HourglassText>>,
     pub material: MaterialText,
 }
 

@@ -26,7 +26,7 @@ pub(in crate::scene) use numerics::{
     AdaptiveText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText,
     SchemeText, StabilisationText, TimeText, WaveSpeedText,
 };
-pub(in crate::scene) use value::{Field, FieldList, Number, Text, Vector};
+pub(in crate::scene) use value::{Field, FieldList, HourglassText, Number, Text, Vector};
 
 /// The whole scene.
 #[derive(Debug, Clone, Deserialize)]
@@ -36,6 +36,7 @@ pub(in crate::scene) struct Document {
     pub dimension: Spanned<u64>,
     pub gravity: Option<Vector>,
     pub body_force: Option<FieldList>,
+    pub hourglass: Option<Spanned<HourglassText>>,
     #[serde(default)]
     pub body: Vec<Spanned<BodyText>>,
     pub initial: Option<Spanned<InitialText>>,

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use serde::de::{Deserialize, Deserializer, Error, Visitor};
+use serde::de::{Deserialize, Deserializer, Error, Unexpected, Visitor};
 use toml::Spanned;
 
 /// A number.
@@ -47,6 +47,55 @@ impl<'de> Deserialize<'de> for Field {
 
             fn visit_str<E: Error>(self, value: &str) -> Result<Field, E> {
                 Ok(Field::Text(value.to_owned()))
+            }
+        }
+
+        deserializer.deserialize_any(Read)
+    }
+}
+
+/// Hourglass control: a coefficient, or off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::scene) enum HourglassText {
+    Off,
+    Coefficient(f64),
+}
+
+impl<'de> Deserialize<'de> for HourglassText {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Read;
+
+        impl Visitor<'_> for Read {
+            type Value = HourglassText;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str("a coefficient, such as `hourglass = 2`, or `hourglass = \"none\"`")
+            }
+
+            fn visit_f64<E: Error>(self, value: f64) -> Result<HourglassText, E> {
+                Ok(HourglassText::Coefficient(value))
+            }
+
+            fn visit_i64<E: Error>(self, value: i64) -> Result<HourglassText, E> {
+                Ok(HourglassText::Coefficient(value as f64))
+            }
+
+            fn visit_u64<E: Error>(self, value: u64) -> Result<HourglassText, E> {
+                Ok(HourglassText::Coefficient(value as f64))
+            }
+
+            fn visit_bool<E: Error>(self, value: bool) -> Result<HourglassText, E> {
+                match value {
+                    false => Ok(HourglassText::Off),
+                    true => Err(E::invalid_type(Unexpected::Bool(value), &self)),
+                }
+            }
+
+            fn visit_str<E: Error>(self, value: &str) -> Result<HourglassText, E> {
+                match value {
+                    "none" => Ok(HourglassText::Off),
+                    _ => Err(E::invalid_value(Unexpected::Str(value), &self)),
+                }
             }
         }
 

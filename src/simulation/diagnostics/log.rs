@@ -10,8 +10,8 @@ use super::super::{Monitor, Plan, Progress};
 use crate::output::Report;
 
 /// Writes one JSON object per line, each in one piece as soon as it is known: `start`, then a `step` per
-/// accepted step with the full history of its Newton solves and of its failed tries, `failure` for a step that
-/// was given up, and `end`. A number that is not finite becomes `null`.
+/// accepted step with the full history of its Newton solves and of its failed tries, a `warning` before the step that
+/// gave rise to it, `failure` for a step that was given up, and `end`. A number that is not finite becomes `null`.
 pub struct SolveLog<W> {
     to: W,
     steps: usize,
@@ -54,6 +54,10 @@ impl<W: Write> Monitor for SolveLog<W> {
             "explicit_step_limit": plan.explicit_step_limit,
             "warnings": plan.warnings,
         }));
+    }
+
+    fn warned(&mut self, warning: &str) {
+        self.write(&json!({ "event": "warning", "step": self.steps + 1, "message": warning }));
     }
 
     fn stepped(&mut self, progress: &Progress<'_>) {

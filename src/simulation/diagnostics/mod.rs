@@ -48,6 +48,10 @@ impl Monitor for Monitors<'_> {
         self.all.iter_mut().for_each(|monitor| monitor.started(plan));
     }
 
+    fn warned(&mut self, warning: &str) {
+        self.all.iter_mut().for_each(|monitor| monitor.warned(warning));
+    }
+
     fn stepped(&mut self, progress: &Progress<'_>) {
         self.all.iter_mut().for_each(|monitor| monitor.stepped(progress));
     }
