@@ -9,7 +9,11 @@ pub(super) fn newton(document: &Document, findings: &mut Findings<'_>) -> Newton
     let text = &document.newton;
     let scheme = document.time.as_ref().and_then(|time| time.get_ref().scheme.as_ref());
     let conserving = scheme.is_some_and(|scheme| *scheme.get_ref() == SchemeText::EnergyMomentum);
-    let mut settings = if conserving { NewtonSettings::of(Scheme::EnergyMomentum) } else { NewtonSettings::default() };
+    let mut settings = match scheme.map(|scheme| *scheme.get_ref()) {
+        Some(SchemeText::EnergyMomentum) => NewtonSettings::of(Scheme::EnergyMomentum),
+        Some(SchemeText::Static) => NewtonSettings::of(Scheme::Static),
+        _ => NewtonSettings::default(),
+    };
     let small = |findings: &mut Findings<'_>, given: &Option<Number>, name: &str, target: &mut f64| {
         if let Some(value) = given
             .as_ref()
@@ -21,7 +25,7 @@ pub(super) fn newton(document: &Document, findings: &mut Findings<'_>) -> Newton
     small(findings, &text.relative_tolerance, "relative_tolerance", &mut settings.relative_tolerance);
     small(findings, &text.scale_tolerance, "scale_tolerance", &mut settings.scale_tolerance);
     count(findings, &text.max_iterations, "max_iterations", &mut settings.max_iterations);
-    settings.line_search = text.line_search.unwrap_or_default();
+    settings.line_search = text.line_search.unwrap_or(settings.line_search);
     settings.tangent = text.tangent.unwrap_or_default();
     settings.forcing = text.forcing.unwrap_or_default();
     settings.unknowns = text.unknowns.as_ref().map(|unknowns| *unknowns.get_ref()).unwrap_or_default();

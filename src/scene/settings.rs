@@ -18,7 +18,9 @@ pub struct NewtonSettings {
     pub scale_tolerance: f64,
     /// Default 25.
     pub max_iterations: usize,
-    /// Default [`LineSearch::Backtracking`].
+    /// Default [`LineSearch::Backtracking`], and [`LineSearch::None`] for [`Scheme::Static`]: a slender body bends by a
+    /// first Newton step that stretches it, which is the way to go although the residual grows by orders of magnitude;
+    /// steps that go too far leave the domain, or fail, and cut the increment.
     pub line_search: LineSearch,
     /// Default [`TangentPolicy::Full`].
     pub tangent: TangentPolicy,
@@ -51,6 +53,9 @@ impl NewtonSettings {
         let mut settings = Self::default();
         if scheme == Scheme::EnergyMomentum {
             (settings.relative_tolerance, settings.scale_tolerance) = (1e-12, 1e-15);
+        }
+        if scheme == Scheme::Static {
+            settings.line_search = LineSearch::None;
         }
         settings
     }

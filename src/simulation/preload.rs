@@ -1,7 +1,7 @@
 //! The equilibrium that a run starts from.
 
 use nicolson_solvers::linear::Symmetry;
-use nicolson_solvers::nonlinear::NewtonSolver;
+use nicolson_solvers::nonlinear::{Globalisation, NewtonOptions, NewtonSolver};
 use nicolson_solvers::time::{Scheme, StepControl, Stepper, TimeState};
 
 use super::{RunError, choices};
@@ -19,7 +19,8 @@ const INCREMENTS: f64 = 4.0;
 pub fn equilibrate<const D: usize>(scene: &Scene, model: &mut Model<D>, values: &mut [f64]) -> Result<(), RunError> {
     choices::possible(Scheme::Static, model)?;
     model.set_ramp(Some(Ramp { end: 1.0, frozen: Some(0.0) }));
-    let newton = NewtonSolver::new(choices::newton(scene), choices::linear(scene, Symmetry::Symmetric)?.build());
+    let options = NewtonOptions { globalisation: Globalisation::None, ..choices::newton(scene) };
+    let newton = NewtonSolver::new(options, choices::linear(scene, Symmetry::Symmetric)?.build());
     let control = StepControl::Fixed { step: 1.0 / INCREMENTS };
     let mut stepper =
         Stepper::new(Scheme::Static, control, Some(newton)).map_err(|error| RunError::Choice(error.to_string()))?;
