@@ -173,6 +173,9 @@ impl<const D: usize> Recorder<D> {
                 self.columns.external.push(e.external);
                 self.columns.dissipated.push(e.dissipated);
                 self.columns.total.push(e.total);
+                if prepared.model.hourglass().is_some() {
+                    self.columns.hourglass.push(e.hourglass);
+                }
             }
         }
         if self.directory.is_some() && !self.gauges.is_empty() {
