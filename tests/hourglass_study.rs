@@ -7,137 +7,18 @@
 
 #![allow(clippy::print_stdout, reason = "the measured table is a result, shown by --nocapture")]
 
+#[path = "hourglass_study/cloud.rs"]
+mod cloud;
 mod support;
 
+use cloud::{Cloud, Form, restrict};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use nicolson::discretisation::Gradient;
-use nicolson::geometry::{BoxLattice, Layout};
 use nicolson::material::Material;
-use nicolson::model::Model;
+use nicolson::discretisation::Gradient;
+use nicolson::model::{Model, Noise};
 use nicolson::setup::*;
-use nicolson::stabilisation::{DEFAULT_HOURGLASS, Hourglass};
-use support::{linear, setup};
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Form {
-    Own,
-    Average,
-    Force,
-}
-
-/// A box of particles with spacing `1/across` in the last direction.
-struct Cloud<const D: usize> {
-    setup: Setup<D>,
-    gradient: Gradient<D>,
-}
-
-impl<const D: usize> Cloud<D> {
-    fn new(length: f64, across: usize, smoothing: f64, weights: WeightChoice) -> Self {
-        let mut upper = [1.0; D];
-        upper[0] = length;
-        let counts = std::array::from_fn(|i| (upper[i] * across as f64).round() as usize + 1);
-        let lattice = BoxLattice::with_counts([0.0; D], upper, counts, Layout::Vertex).expect("a lattice");
-        let mut setup = setup(lattice.particles(), 1.0 / across as f64, linear());
-        setup.bodies[0].smoothing = smoothing;
-        setup.bodies[0].weights = weights;
-        setup.bodies[0].hourglass = 1.0;
-        let gradient = Gradient::build(&setup.bodies, &setup.particles).expect("a gradient");
-        Self { setup, gradient }
-    }
-
-    fn size(&self) -> usize {
-        self.setup.particles.positions.len()
-    }
-
-    fn masses(&self) -> DVector<f64> {
-        let volumes = &self.setup.particles.volumes;
-        DVector::from_iterator(self.size() * D, (0..self.size() * D).map(|i| volumes[i % self.size()]))
-    }
-
-    /// `G_i` as matrices.
-    fn gradients(&self) -> [DMatrix<f64>; D] {
-        std::array::from_fn(|i| {
-            let mut matrix = DMatrix::zeros(self.size(), self.size());
-            for a in 0..self.size() {
-                for entry in self.gradient.neighbourhood.row(a) {
-                    matrix[(a, self.gradient.neighbourhood.neighbour(entry))] = self.gradient.weights[entry][i];
-                }
-            }
-            matrix
-        })
-    }
-
-    /// Stiffness of linear elasticity, component after component.
-    fn elastic(&self, lambda: f64, mu: f64) -> DMatrix<f64> {
-        let n = self.size();
-        let gradients = self.gradients();
-        let volumes = DMatrix::from_diagonal(&DVector::from_column_slice(&self.setup.particles.volumes));
-        let product = |i: usize, j: usize| gradients[i].transpose() * &volumes * &gradients[j];
-        let products: Vec<DMatrix<f64>> = (0..D * D).map(|ij| product(ij / D, ij % D)).collect();
-        let mut stiffness = DMatrix::zeros(n * D, n * D);
-        for i in 0..D {
-            for j in 0..D {
-                let mut block = &products[i * D + j] * lambda + &products[j * D + i] * mu;
-                if i == j {
-                    (0..D).for_each(|k| block += &products[k * D + k] * mu);
-                }
-                stiffness.view_mut((i * n, j * n), (n, n)).copy_from(&block);
-            }
-        }
-        stiffness
-    }
-
-    /// Stiffness of a form of the control for α = 1 and the given modulus.
-    fn control(&self, form: Form, modulus: f64) -> DMatrix<f64> {
-        let n = self.size();
-        let moduli = vec![modulus; n];
-        let (near, particles) = (&self.gradient.neighbourhood, &self.setup.particles);
-        let table = Hourglass::build(&self.setup.bodies, particles, near, &moduli, &particles.volumes).expect("on");
-        let mut stiffness = DMatrix::zeros(n * D, n * D);
-        for a in 0..n {
-            for (b, k, separation) in table.pairs(a, near).filter(|(b, _, _)| *b != a) {
-                // Coefficients of the miss e in the displacements of one component, and of x_b − x_a in it.
-                let mut miss: Vec<(usize, f64)> = vec![(a, 1.0), (b, -1.0)];
-                let sides: &[(usize, f64)] = if form == Form::Own { &[(a, 1.0)] } else { &[(a, 0.5), (b, 0.5)] };
-                for &(c, share) in sides {
-                    for entry in near.row(c) {
-                        let along = self.gradient.weights[entry].dot(&separation);
-                        miss.push((near.neighbour(entry), share * along));
-                    }
-                }
-                let normal = separation / separation.norm();
-                let pair = [(a, 1.0), (b, -1.0)];
-                // Every unordered pair comes twice.
-                let k = 0.5 * k;
-                for i in 0..D {
-                    for j in 0..D {
-                        let (rows, factor) = match form {
-                            Form::Force => (&pair[..], k * normal[i] * normal[j]),
-                            _ if i == j => (&miss[..], k),
-                            _ => continue,
-                        };
-                        for &(row, x) in rows {
-                            for &(column, y) in &miss {
-                                stiffness[(i * n + row, j * n + column)] += factor * x * y;
-                            }
-                        }
-                    }
-                }
-            }
-        }
-        stiffness
-    }
-
-    /// Unknowns that remain if the particles at `X = 0` are held.
-    fn free(&self) -> Vec<usize> {
-        let n = self.size();
-        (0..n * D).filter(|i| self.setup.particles.positions[i % n][0] > 1e-9).collect()
-    }
-}
-
-fn restrict(matrix: &DMatrix<f64>, free: &[usize]) -> DMatrix<f64> {
-    matrix.select_rows(free).select_columns(free)
-}
+use nicolson::stabilisation::DEFAULT_HOURGLASS;
+use nicolson::tensor::Vector;
 
 /// Lamé constants for E = 1.
 fn lame(ratio: f64) -> (f64, f64) {
@@ -274,11 +155,23 @@ fn bending_with_wider_kernels_and_with_separate_weights() {
     }
 }
 
+/// Lowest elastic frequencies of the free unit square, E = ρ = 1, ν = 0.3, plane strain: extrapolated as above.
+const SQUARE: [f64; 3] = [2.441, 2.686, 2.686];
+
+/// Relative errors of the lowest frequencies of the free square.
+fn lowest(cloud: &Cloud<2>, stiffness: &DMatrix<f64>) -> Vec<f64> {
+    let masses = cloud.masses();
+    let scaled =
+        DMatrix::from_fn(masses.len(), masses.len(), |i, j| stiffness[(i, j)] / (masses[i] * masses[j]).sqrt());
+    let mut squares: Vec<f64> = SymmetricEigen::new(scaled).eigenvalues.iter().copied().collect();
+    squares.sort_by(f64::total_cmp);
+    assert!(squares[2].abs() < 1e-10 && squares[3] > 0.5, "three rigid motions: {:?}", &squares[..5]);
+    SQUARE.iter().zip(&squares[3..]).map(|(limit, l)| l.sqrt() / limit - 1.0).collect()
+}
+
 #[test]
 fn spectrum_of_a_free_block() {
     let (lambda, mu) = lame(0.3);
-    // Lowest elastic frequencies of the unit square, E = ρ = 1, ν = 0.3, plane strain: extrapolated as above.
-    let limits = [2.441, 2.686, 2.686];
     for (form, alpha) in [
         (None, 0.0),
         (Some(Form::Own), 0.5),
@@ -293,13 +186,7 @@ fn spectrum_of_a_free_block() {
         if let Some(form) = form {
             stiffness += cloud.control(form, 2.0 * mu) * alpha;
         }
-        let masses = cloud.masses();
-        let scaled =
-            DMatrix::from_fn(masses.len(), masses.len(), |i, j| stiffness[(i, j)] / (masses[i] * masses[j]).sqrt());
-        let mut squares: Vec<f64> = SymmetricEigen::new(scaled).eigenvalues.iter().copied().collect();
-        squares.sort_by(f64::total_cmp);
-        assert!(squares[2].abs() < 1e-10 && squares[3] > 0.5, "three rigid motions: {:?}", &squares[..5]);
-        let errors: Vec<f64> = limits.iter().zip(&squares[3..]).map(|(limit, l)| l.sqrt() / limit - 1.0).collect();
+        let errors = lowest(&cloud, &stiffness);
         println!(
             "block, 11 × 11, {form:?}, α = {alpha}: {:+.2} %, {:+.2} %, {:+.2} %",
             100.0 * errors[0],
@@ -311,5 +198,52 @@ fn spectrum_of_a_free_block() {
         } else {
             assert!(errors.iter().all(|error| error.abs() < 0.06), "{errors:?}");
         }
+    }
+}
+
+#[test]
+fn a_shaken_block_has_no_spurious_mode_either() {
+    let (lambda, mu) = lame(0.3);
+    for weights in [WeightChoice::Separate, WeightChoice::Balanced] {
+        for alpha in [0.5, DEFAULT_HOURGLASS] {
+            let mut cloud = Cloud::<2>::new(1.0, 10, 1.2, weights);
+            let mut noise = Noise::new(8);
+            let mut inside = vec![true; cloud.size()];
+            cloud.setup.particles.faces.iter().for_each(|face| inside[face.particle] = false);
+            let positions = cloud.setup.particles.positions.iter_mut();
+            for (position, _) in positions.zip(inside).filter(|(_, inside)| *inside) {
+                *position += Vector::<2>::from_fn(|_, _| 0.02 * noise.next());
+            }
+            cloud.gradient = Gradient::build(&cloud.setup.bodies, &cloud.setup.particles).expect("a gradient");
+            let stiffness = cloud.elastic(lambda, mu) + cloud.control(Form::Own, 2.0 * mu) * alpha;
+            let errors = lowest(&cloud, &stiffness);
+            println!("shaken block, 11 × 11, {weights:?}, h = 1.2 Δx, α = {alpha}: {errors:.3?}");
+            let bound = if alpha == DEFAULT_HOURGLASS { 0.04 } else { 0.08 };
+            assert!(errors.iter().all(|error| error.abs() < bound), "{errors:?}");
+        }
+    }
+}
+
+#[test]
+fn bending_in_three_dimensions() {
+    // The cantilever between frictionless walls: plane strain again, per unit width.
+    let (lambda, mu) = lame(0.3);
+    let cloud = Cloud::<3>::new(6.0, 4, 1.0, WeightChoice::Balanced);
+    let n = cloud.size();
+    let free: Vec<usize> = cloud.free().into_iter().filter(|i| *i < 2 * n).collect();
+    let mut load = DVector::zeros(3 * n);
+    for face in cloud.setup.particles.faces.iter().filter(|face| face.normal[0] > 0.5) {
+        load[n + face.particle] += face.area;
+    }
+    let load = load.select_rows(&free);
+    let elastic = restrict(&cloud.elastic(lambda, mu), &free);
+    let control = restrict(&cloud.control(Form::Own, 2.0 * mu), &free);
+    for alpha in [0.0, 1.0, DEFAULT_HOURGLASS, 4.0] {
+        let stiffness = &elastic + &control * alpha;
+        let moved = stiffness.cholesky().expect("definite").solve(&load);
+        let error = moved.dot(&load) / 800.5 - 1.0;
+        println!("3D, 4 across, α = {alpha}: {:+.2} %", 100.0 * error);
+        assert!(if alpha == 0.0 { error > 0.07 } else { error < 0.06 }, "α = {alpha}: {error}");
+        assert!(alpha != DEFAULT_HOURGLASS || error.abs() < 0.02, "{error}");
     }
 }

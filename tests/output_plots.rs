@@ -194,6 +194,7 @@ fn histories_of_a_run() {
         external: map(|_| 0.0),
         dissipated: map(|t| 12.0 * (1.0 - (-t).exp())),
         total: map(|t| 12.0 * (-t).exp()),
+        hourglass: Vec::new(),
         t: t.clone(),
     };
     check(energies.write(&directory).unwrap());

@@ -18,7 +18,9 @@ pub struct HistoryColumns {
     pub external: Vec<f64>,
     /// Energy dissipated since the start in J.
     pub dissipated: Vec<f64>,
-    /// Total: kinetic plus internal, or what the run conserves, in J.
+    /// Energy of the hourglass control in J; empty without.
+    pub hourglass: Vec<f64>,
+    /// Total: kinetic plus internal plus hourglass, or what the run conserves, in J.
     pub total: Vec<f64>,
 }
 
@@ -42,18 +44,24 @@ impl HistoryColumns {
     /// The energies against time. The total is drawn last, dashed: where it hides nothing it can be seen,
     /// where it coincides with another curve both can be.
     pub fn plot(&self) -> LinePlot {
-        let columns = [
+        let mut columns = vec![
             ("kinetic", &self.kinetic, Style::Solid),
             ("internal", &self.internal, Style::Solid),
             ("external work", &self.external, Style::Solid),
             ("dissipated", &self.dissipated, Style::Dotted),
-            ("total", &self.total, Style::Dashed),
         ];
+        if !self.hourglass.is_empty() {
+            columns.push(("hourglass", &self.hourglass, Style::Dotted));
+        }
+        columns.push(("total", &self.total, Style::Dashed));
         LinePlot {
             title: "Energy".to_owned(),
             x_label: "t [s]".to_owned(),
             y_label: "energy [J]".to_owned(),
-            series: columns.map(|(name, column, style)| against_time(&self.t, name, column, style)).into(),
+            series: columns
+                .into_iter()
+                .map(|(name, column, style)| against_time(&self.t, name, column, style))
+                .collect(),
             ..LinePlot::default()
         }
     }
@@ -149,5 +157,8 @@ mod tests {
         let plot = columns.plot();
         assert_eq!(plot.series[0].points.len(), 2);
         assert!(plot.series[4].points.is_empty());
+        assert_eq!(plot.series.len(), 5, "no curve of a control that is off");
+        let columns = HistoryColumns { hourglass: vec![1.0; 3], ..columns };
+        assert_eq!((columns.plot().series.len(), &*columns.plot().series[4].name), (6, "hourglass"));
     }
 }

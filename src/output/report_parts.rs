@@ -104,8 +104,7 @@ pub struct EnergyBudget {
     pub dissipated: f64,
     /// What the ledger (change of energy + dissipation − work) fails to explain; `None` without a ledger.
     pub ledger_error: Option<f64>,
-    /// Largest energy of the hourglass control over the largest internal energy until then; `None` without control
-    /// or history.
+    /// Largest energy of the hourglass control over the largest internal energy; `None` without control or history.
     pub hourglass_max_fraction: Option<f64>,
 }
 

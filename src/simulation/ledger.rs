@@ -42,8 +42,7 @@ pub struct Summary {
     pub ledger_error: f64,
     /// Energy dissipated, J.
     pub dissipated: f64,
-    /// Largest energy of the hourglass control over the largest internal energy until then; `None` without
-    /// control.
+    /// Largest energy of the hourglass control over the largest internal energy; `None` without control.
     pub hourglass_fraction: Option<f64>,
     /// Largest drift of linear momentum over its scale; `None` for a body that is held or loaded.
     pub linear_momentum: Option<f64>,
@@ -60,7 +59,7 @@ pub struct Ledger {
     largest_error: f64,
     /// Largest kinetic energy and largest change of internal energy: the scale if the total is zero.
     exchange: f64,
-    /// Largest internal energy so far, and largest fraction of the hourglass control in it.
+    /// Largest internal energy and largest energy of the hourglass control so far; the latter only with control.
     internal: f64,
     hourglass: Option<f64>,
     time: f64,
@@ -190,11 +189,7 @@ impl Ledger {
         self.entry.hourglass = energies.hourglass;
         self.entry.total = energies.kinetic + energies.internal + energies.hourglass - self.entry.external;
         self.internal = self.internal.max(energies.internal);
-        // Where nothing is deformed yet both are rounding.
-        let noise = 1e-12 * self.exchange.max(energies.kinetic);
-        if let Some(fraction) = self.hourglass.as_mut().filter(|_| energies.hourglass > noise) {
-            *fraction = fraction.max(energies.hourglass / self.internal.max(noise));
-        }
+        self.hourglass = self.hourglass.map(|largest| largest.max(energies.hourglass));
     }
 
     fn kinetic_of_moving<const D: usize>(&self, model: &Model<D>, state: &[f64]) -> f64 {
@@ -202,9 +197,17 @@ impl Ledger {
         self.moving.iter().map(|&i| 0.5 * model.masses()[i / D] * velocity[i] * velocity[i]).sum()
     }
 
-    /// Largest energy of the hourglass control so far over the largest internal energy until then.
+    /// Largest energy of the hourglass control so far over the largest internal energy so far.
     pub fn hourglass_fraction(&self) -> Option<f64> {
-        self.hourglass
+        // Where nothing has been deformed both are rounding.
+        let noise = 1e-12 * self.exchange.max(self.entry.kinetic);
+        self.hourglass.map(|largest| if largest > noise { largest / self.internal.max(noise) } else { 0.0 })
+    }
+
+    /// Whether the internal energy is past a maximum. Before the first, parts of it say little: a motion that
+    /// has hardly begun has deformed next to nothing.
+    pub fn past_maximum(&self) -> bool {
+        self.entry.internal < 0.9 * self.internal
     }
 
     /// Closes the books.
@@ -217,7 +220,7 @@ impl Ledger {
             drift: self.largest_drift / scale,
             ledger_error: self.largest_error / scale,
             dissipated: self.entry.dissipated,
-            hourglass_fraction: self.hourglass,
+            hourglass_fraction: self.hourglass_fraction(),
             linear_momentum: momentum.map(|m| relative(m.drift.0, m.scale.0)),
             angular_momentum: momentum.filter(|m| m.linear.len() > 1).map(|m| relative(m.drift.1, m.scale.1)),
         }

@@ -226,6 +226,7 @@ fn run_in<const D: usize>(
         }
     }
     let report = recorder.close(&prepared, status, message, Times::of(setup_time, begin))?;
+    report.warnings[told..].iter().for_each(|warning| monitor.warned(warning));
     monitor.finished(&report);
     Ok(Outcome { report, state: prepared.state.values })
 }

@@ -133,7 +133,9 @@ impl<const D: usize> Recorder<D> {
                 return Err(RunError::Outside { time, error });
             }
         }
-        self.watch_hourglass(prepared);
+        if self.ledger.past_maximum() {
+            prepared.warnings.extend(self.hourglass_warning(prepared.state.time));
+        }
         self.row(prepared, step.step, step.newton_iterations, step.rejected)?;
         if prepared.state.time >= self.next_frame() {
             self.frame(prepared)?;
@@ -142,18 +144,19 @@ impl<const D: usize> Recorder<D> {
         Ok(())
     }
 
-    /// Warns when the hourglass control first holds much of the energy.
-    fn watch_hourglass(&mut self, prepared: &mut Prepared<D>) {
-        let Some(fraction) = self.ledger.hourglass_fraction() else { return };
-        if self.keeps_history && !self.hourglass_warned && fraction > MUCH_HOURGLASS {
-            self.hourglass_warned = true;
-            prepared.warnings.push(format!(
-                "at t = {:.4e} s the energy of the hourglass control is {:.1} % of the largest internal energy: the \
-                 particles are too coarse for this motion; refine them, start from smoother fields, or lower `hourglass`",
-                prepared.state.time,
-                100.0 * fraction
-            ));
+    /// A warning when the hourglass control holds much of the energy: once, at a time when that can be said.
+    fn hourglass_warning(&mut self, time: f64) -> Option<String> {
+        let fraction = self.ledger.hourglass_fraction().filter(|_| self.keeps_history && !self.hourglass_warned)?;
+        if fraction <= MUCH_HOURGLASS {
+            return None;
         }
+        self.hourglass_warned = true;
+        Some(format!(
+            "until t = {time:.4e} s the energy of the hourglass control reached {:.1} % of the largest internal energy: \
+             the particles are too coarse for this motion; refine them, start from smoother fields, or lower \
+             `hourglass`",
+            100.0 * fraction
+        ))
     }
 
     fn row(&mut self, prepared: &Prepared<D>, dt: f64, newton: usize, rejected: usize) -> Result<(), RunError> {
@@ -173,6 +176,9 @@ impl<const D: usize> Recorder<D> {
                 self.columns.external.push(e.external);
                 self.columns.dissipated.push(e.dissipated);
                 self.columns.total.push(e.total);
+                if prepared.model.hourglass().is_some() {
+                    self.columns.hourglass.push(e.hourglass);
+                }
             }
         }
         if self.directory.is_some() && !self.gauges.is_empty() {
@@ -226,7 +232,8 @@ impl<const D: usize> Recorder<D> {
             draw_particles(&prepared.model, prepared.state.time, &prepared.state.values, &directory.join("particles"))?;
         }
         self.spent += start.elapsed();
-        let report = self.report(prepared, status, message, times);
+        let mut report = self.report(prepared, status, message, times);
+        report.warnings.extend(self.hourglass_warning(prepared.state.time));
         if let Some(directory) = &self.directory {
             report.write(directory)?;
         }

@@ -15,7 +15,7 @@ const PROMISED: [(&str, &str); 7] = [
     ("newton", "failures iterations linearisations residual_evaluations solves"),
     ("linear", "analyses factorisations fill iterations solver solves"),
     ("wall_seconds", "assembly factorisation output rate setup solve total"),
-    ("energy", "dissipated final initial ledger_error max_relative_drift"),
+    ("energy", "dissipated final hourglass_max_fraction initial ledger_error max_relative_drift"),
     ("provenance", "command commit scene threads version"),
 ];
 
@@ -56,7 +56,10 @@ fn the_report_agrees_with_the_tables_and_the_command() {
     assert_eq!(run(&example("bar-smooth"), &out, &overrides, &["--quiet", "--threads", "1"]).code, 0);
     let report = readable(&out);
     let (titles, rows) = table(&out.join("history.csv"));
-    assert_eq!(titles.join(" "), "t dt kinetic internal external dissipated total newton_iterations rejected");
+    assert_eq!(
+        titles.join(" "),
+        "t dt kinetic internal external dissipated total newton_iterations rejected hourglass"
+    );
     assert_eq!((report.steps.accepted, rows.len()), (10, 11));
     assert_eq!(report.time_reached, 0.2);
     assert_eq!((report.particles, report.unknowns), (41, 40));
