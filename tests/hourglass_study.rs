@@ -13,8 +13,8 @@ mod support;
 
 use cloud::{Cloud, Form, restrict};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use nicolson::material::Material;
 use nicolson::discretisation::Gradient;
+use nicolson::material::Material;
 use nicolson::model::{Model, Noise};
 use nicolson::setup::*;
 use nicolson::stabilisation::DEFAULT_HOURGLASS;

@@ -212,7 +212,9 @@ impl Ledger {
 
     /// Closes the books.
     pub fn summary(&self) -> Summary {
-        let scale = self.initial.abs().max(self.exchange).max(f64::MIN_POSITIVE);
+        // Where nothing moves, as in a static computation, what is stored is the scale.
+        let exchange = if self.exchange > 0.0 { self.exchange } else { self.internal };
+        let scale = self.initial.abs().max(exchange).max(f64::MIN_POSITIVE);
         let relative = |drift: f64, scale: f64| if drift == 0.0 { 0.0 } else { drift / scale.max(f64::MIN_POSITIVE) };
         let momentum = self.momentum.as_ref();
         Summary {
