@@ -51,9 +51,9 @@ pub fn unknowns(choice: settings::Unknowns) -> Option<Unknowns> {
 }
 
 /// Newton's method.
-pub fn newton(scene: &Scene) -> NewtonOptions {
+pub fn newton(scene: &Scene) -> Result<NewtonOptions, RunError> {
     let newton = &scene.newton;
-    NewtonOptions {
+    let options = NewtonOptions {
         relative_tolerance: newton.relative_tolerance,
         scale_tolerance: newton.scale_tolerance,
         max_iterations: newton.max_iterations,
@@ -77,7 +77,9 @@ pub fn newton(scene: &Scene) -> NewtonOptions {
             settings::Forcing::EisenstatWalker2 => Forcing::eisenstat_walker_2(),
         },
         ..NewtonOptions::default()
-    }
+    };
+    options.validate().map_err(|error| RunError::Choice(format!("[newton]: {error}")))?;
+    Ok(options)
 }
 
 /// The linear solver.

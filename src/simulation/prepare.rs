@@ -66,7 +66,7 @@ pub fn prepare<const D: usize>(scene: &Scene) -> Result<Prepared<D>, RunError> {
         if let Some(declared) = scene.newton.declared_linear {
             declare(&mut model, &values, declared, first_step(time, explicit_step_limit))?;
         }
-        Some(NewtonSolver::new(choices::newton(scene), choices::linear(scene)?.build()))
+        Some(NewtonSolver::new(choices::newton(scene)?, choices::linear(scene)?.build()))
     } else {
         None
     };
