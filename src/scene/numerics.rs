@@ -23,6 +23,9 @@ pub(super) fn newton(document: &Document, findings: &mut Findings<'_>) -> Newton
     small(findings, &text.relative_tolerance, "relative_tolerance", &mut settings.relative_tolerance);
     small(findings, &text.scale_tolerance, "scale_tolerance", &mut settings.scale_tolerance);
     count(findings, &text.max_iterations, "max_iterations", &mut settings.max_iterations);
+    if let Some(given) = &text.final_corrections {
+        settings.final_corrections = usize::try_from(*given.get_ref()).unwrap_or(usize::MAX);
+    }
     settings.line_search = text.line_search.as_ref().map(|search| *search.get_ref()).unwrap_or_default();
     settings.tangent = text.tangent.unwrap_or_default();
     if let Some(search) = text.line_search.as_ref().filter(|search| *search.get_ref() == LineSearch::TrustRegion)

@@ -57,6 +57,7 @@ pub fn newton(scene: &Scene) -> Result<NewtonOptions, RunError> {
         relative_tolerance: newton.relative_tolerance,
         scale_tolerance: newton.scale_tolerance,
         max_iterations: newton.max_iterations,
+        final_corrections: newton.final_corrections,
         tangent: match newton.tangent {
             settings::TangentPolicy::Full => TangentPolicy::default(),
             settings::TangentPolicy::Modified => TangentPolicy::Modified,

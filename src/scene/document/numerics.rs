@@ -114,6 +114,7 @@ pub(in crate::scene) struct NewtonText {
     pub relative_tolerance: Option<Number>,
     pub scale_tolerance: Option<Number>,
     pub max_iterations: Option<Spanned<u64>>,
+    pub final_corrections: Option<Spanned<u64>>,
     pub line_search: Option<Spanned<LineSearch>>,
     pub tangent: Option<TangentPolicy>,
     pub forcing: Option<Forcing>,
