@@ -122,7 +122,7 @@ impl Results {
         let mut text = String::new();
         for (scene, _) in SCENES {
             for upwinding in UPWINDING {
-                let _ = writeln!(text, "{}\n", heading(scene, upwinding, end));
+                let _ = writeln!(text, "{}\n", heading(scene, upwinding));
                 let ratios: Vec<String> = RATIOS.iter().map(f64::to_string).collect();
                 let _ = writeln!(text, "| Δt / Δt_explicit | {} |", ratios.join(" | "));
                 let _ = writeln!(text, "|---|{}", "---|".repeat(RATIOS.len()));
@@ -143,7 +143,7 @@ impl Results {
 
     fn panels(&self, end: f64) -> Panels {
         let panel = |scene: &str, upwinding: f64| Panel {
-            title: heading(scene, upwinding, end),
+            title: heading(scene, upwinding),
             cells: SCHEMES
                 .iter()
                 .map(|scheme| {
@@ -164,11 +164,11 @@ impl Results {
     }
 }
 
-fn heading(scene: &str, upwinding: f64, end: f64) -> String {
+fn heading(scene: &str, upwinding: f64) -> String {
     if upwinding > 0.0 {
-        format!("Hyperelastic {scene}, upwinding {upwinding}: largest rise of the energy in {end} s")
+        format!("Hyperelastic {scene}, upwinding {upwinding}: largest rise of the energy")
     } else {
-        format!("Hyperelastic {scene}: largest change of the energy in {end} s")
+        format!("Hyperelastic {scene}: largest change of the energy")
     }
 }
 

@@ -19,8 +19,8 @@
 //! `ΔJ = cof F̄:ΔF + det(ΔF)/4`, and `det(D + w×) = det D + w·D w = K:D`. The simpler `cof F̄ + cof(ΔF)/12` would lose
 //! angular momentum; the polynomial in C of Betsch, Janz and Hesch keeps it, too, but after shear of size s it is
 //! nonlinear in `s³ ΔF` instead of `s ΔF`. In steps of 5 explicit ones a spinning body could not go beyond s = 18
-//! with it, and goes beyond 60 with this one (measured). The price of K: the mean configuration must have a positive volume. With the evolved cofactor `J F⁻ᵀ`, J and det F keep
-//! their ratio, by which `H*` is multiplied.
+//! with it, and goes beyond 60 with this one (measured). The price of K: the mean configuration must have a positive
+//! volume. With the evolved cofactor `J F⁻ᵀ`, J and det F keep their ratio, by which `H*` is multiplied.
 //!
 //! The unknown is the mean velocity: the problem has the form of an implicit stage at the mid-point,
 //! with shift `s = Δt/2` and base `(u₀, v₀)`, and shares its unknowns, pattern and assembly. Start
