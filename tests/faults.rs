@@ -168,7 +168,9 @@ fn a_residual_that_errs_at_any_iteration_costs_a_step_and_no_bit() {
     // The wrapper has no conserving step.
     for scheme in [Scheme::CrankNicolson, Scheme::TrBdf2] {
         let expected = bits(&undisturbed(scheme));
-        for (fault, words) in [(Fault::Error, "volume ratio J = -5e-1"), (Fault::NotANumber, "residual = NaN is not finite")] {
+        for (fault, words) in
+            [(Fault::Error, "volume ratio J = -5e-1"), (Fault::NotANumber, "residual = NaN is not finite")]
+        {
             // From the k-th evaluation of the third step on.
             for k in 0..4 {
                 let run = coarse();
