@@ -15,7 +15,6 @@ mod support;
 #[path = "hourglass/tangent.rs"]
 mod tangent;
 
-use nicolson::material::Material;
 use nicolson::model::{Model, Noise, Terms};
 use nicolson::tensor::Vector;
 use support::{linear, particles, setup};

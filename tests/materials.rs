@@ -152,7 +152,7 @@ fn chords<const D: usize>() {
         for step in [0.3, 1e-2, 1e-6, 0.0] {
             let (start, direction) = (random::<D>(&mut noise, 0.2), random::<D>(&mut noise, 1.0));
             let mean = start + direction * (0.5 * step);
-            let secant = |mean: Tensor<D>| CofactorSecant::new(start, determinant(&start), mean);
+            let secant = |mean: Tensor<D>| CofactorSecant::new(start, mean).expect("positive volume");
             let stress = solid.conserving_stress(&secant(mean));
             let end = secant(mean).end;
             let work = contract(&stress, &(end - start));

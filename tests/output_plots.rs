@@ -8,7 +8,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use nicolson::output::{
-    ColourMap, HistoryColumns, LinePlot, LineSeries, ParticlePlot, ProbeColumns, Style, prepare_directory,
+    Cell, ColourMap, HistoryColumns, LinePlot, LineSeries, Panel, Panels, ParticlePlot, ProbeColumns, Style, Tone,
+    prepare_directory,
 };
 
 /// Where the pictures of a test go; the guard removes them unless they are wanted.
@@ -329,4 +330,33 @@ fn particles_that_nobody_wished_for() {
     assert!(
         particles(2, &square, &[1.0], 0.1).write(&directory.join("no")).unwrap_err().to_string().contains("positions")
     );
+}
+
+/// Tables of outcomes: odd numbers of panels, cells that are missing or too many, tones that are no numbers.
+#[test]
+fn panels_of_outcomes() {
+    let (directory, _guard) = samples();
+    let cell = |text: &str, tone| Some(Cell { text: text.to_owned(), tone });
+    let panel = |title: &str| Panel {
+        title: title.to_owned(),
+        cells: vec![
+            vec![cell("2e−15", Tone::Good(1.0)), None, cell("far too long for a cell", Tone::Bad(0.2))],
+            vec![cell("?", Tone::Good(f64::NAN)), cell("0.0 s", Tone::Bad(7.0)), None, cell("outside", Tone::Bad(1.0))],
+            vec![],
+            vec![cell("outside", Tone::Good(0.0))],
+        ],
+    };
+    let panels = |count: usize| Panels {
+        title: "Outcomes".into(),
+        rows: vec!["first <scheme> & more".into(), "second".into(), "third".into()],
+        columns: vec!["1".into(), "20".into(), "500".into()],
+        columns_label: "Δt over the explicit limit".into(),
+        good: "good".into(),
+        bad: "bad".into(),
+        panels: (0..count).map(|i| panel(&format!("panel {i}"))).collect(),
+    };
+    for count in 1..4 {
+        check(panels(count).write(&directory.join(format!("panels-{count}"))).unwrap());
+    }
+    assert!(Panels::default().write(&directory.join("panels-empty")).is_ok());
 }

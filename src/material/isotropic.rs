@@ -232,7 +232,7 @@ pub(super) fn conserving_stress<const D: usize>(law: &impl IsotropicEnergy, step
     let (start, end) = (Configuration::new(&step.start), Configuration::new(&step.end));
     let slope = law.chord(&start.invariants(1.0), &end.invariants(1.0)).slope;
     let strain = (start.strain + end.strain) * 0.5;
-    step.mean * slope[0] + step.mean * strain * (2.0 * slope[1]) + step.value() * slope[2]
+    step.mean * slope[0] + step.mean * strain * (2.0 * slope[1]) + step.value * slope[2]
 }
 
 /// `∂P*/∂F̄`.
@@ -242,7 +242,7 @@ pub(super) fn conserving_tangent<const D: usize>(law: &impl IsotropicEnergy, ste
     let slope = response.slope;
     let strain = (start.strain + end.strain) * 0.5;
     let along_strain = step.mean * strain;
-    let cofactor = step.value();
+    let cofactor = step.value;
     tensor4_of(|direction| {
         // δF₁ = 2 δF̄, and half of δE₁ reaches the mean strain.
         let end_strain = symmetric(&(step.end.transpose() * direction)) * 2.0;

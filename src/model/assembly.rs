@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use nicolson_solvers::linear::{SparseMatrix, SparsePattern, Symmetry, Tangent};
+use nicolson_solvers::linear::{SparseMatrix, SparsePattern, StoredTangent, Symmetry, Tangent};
 
 use super::{Model, Unknowns};
 use crate::discretisation::Neighbourhood;
@@ -55,33 +55,7 @@ impl Slots {
 
 /// The part of the tangent that couples direct neighbours only: the other entries are dropped, which
 /// makes a far better preconditioner than lumping them onto the diagonal.
-#[derive(Debug, Clone)]
-pub struct OneRing {
-    pattern: Arc<SparsePattern>,
-    matrix: SparseMatrix,
-}
-
-impl Tangent for OneRing {
-    fn size(&self) -> usize {
-        self.pattern.size()
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        Symmetry::General
-    }
-
-    fn apply(&self, v: &[f64], out: &mut [f64]) {
-        self.matrix.apply(v, out);
-    }
-
-    fn pattern(&self) -> Option<&Arc<SparsePattern>> {
-        Some(&self.pattern)
-    }
-
-    fn fill(&self, values: &mut [f64]) {
-        values.copy_from_slice(self.matrix.values());
-    }
-}
+pub type OneRing = StoredTangent;
 
 /// Derivatives of a particle's force f and rate j with respect to one ring member.
 #[derive(Clone, Copy)]
@@ -188,7 +162,7 @@ impl<const D: usize> Model<D> {
                 neighbourhood.of(a).iter().map(|&e| blocks[slots.position(a, e as usize)]).collect();
             self.write_rows(a, neighbourhood.of(a), &near, own);
         }
-        OneRing { pattern: Arc::clone(pattern), matrix: SparseMatrix::new(pattern, values) }
+        OneRing::new(pattern, values, Symmetry::General)
     }
 
     fn one_ring_pattern(&self) -> SparsePattern {

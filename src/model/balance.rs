@@ -5,10 +5,9 @@ use rayon::prelude::*;
 use nicolson_solvers::EvaluationError;
 
 use super::Model;
-use super::evaluation::VolumeRatios;
-use crate::material::KelvinVoigt;
+use super::evaluation::{GRAIN, VolumeRatios};
 use crate::setup::Constraint;
-use crate::tensor::{Tensor, Vector};
+use crate::tensor::{Tensor, Vector, smallest_stretch};
 
 /// Energies of a state, J (per thickness in 2D, per area in 1D).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -120,21 +119,55 @@ impl<const D: usize> Model<D> {
     /// Power that upwinding and viscosity take out, W: `−Σ v·V D_v + Σ V p D_p + Σ V P_v:L`. Zero without both.
     ///
     /// # Errors
-    /// If the state is outside the domain of the law.
+    /// If the state is outside the domain of the law, which matters to D_p only.
     pub fn dissipation(&mut self, t: f64, state: &[f64]) -> Result<f64, EvaluationError> {
-        if !self.dissipates() {
-            return Ok(0.0);
+        let viscous = self.viscous_power(state);
+        let Some(upwind) = self.upwind.as_ref() else { return Ok(viscous) };
+        if !upwind.has_pressure() {
+            self.evaluate_velocity_upwind(state);
+            return Ok(viscous + self.sum(|a| -self.velocity(state, a).dot(&self.workspace.pairs[a].0)));
         }
         self.evaluate_state(t, state)?;
-        Ok(self.sum(|a| {
-            let (point, volume) = (&self.workspace.points[a], self.setup.particles.volumes[a]);
-            let viscous = |law: KelvinVoigt| volume * law.dissipation(&point.deformation, &point.velocity_gradient);
-            let viscous = self.material(a).viscosity.map_or(0.0, viscous);
-            match self.workspace.pairs.get(a) {
-                Some((force, rate)) => viscous + point.pressure * volume * rate - self.velocity(state, a).dot(force),
-                None => viscous,
+        Ok(viscous
+            + self.sum(|a| {
+                let (force, rate) = self.workspace.pairs[a];
+                let volume = self.setup.particles.volumes[a];
+                self.workspace.points[a].pressure * volume * rate - self.velocity(state, a).dot(&force)
+            }))
+    }
+
+    /// `Σ V P_v:L`, W.
+    fn viscous_power(&self, state: &[f64]) -> f64 {
+        if self.materials.iter().all(|(law, _)| law.viscosity.is_none()) {
+            return 0.0;
+        }
+        self.sum(|a| {
+            let Some(viscosity) = self.material(a).viscosity else { return 0.0 };
+            let velocity_gradient = self.gradient.of(a, self.velocities_of(state));
+            self.setup.particles.volumes[a] * viscosity.dissipation(&self.deformation(state, a), &velocity_gradient)
+        })
+    }
+
+    /// D_v alone. It needs no law but the wave speed, and so exists where the law does not: at the mean of two
+    /// admissible states of a long step, where an energy–momentum step takes it.
+    fn evaluate_velocity_upwind(&mut self, state: &[f64]) {
+        self.stage.evaluated.clear();
+        let (displacement, rest) = state.split_at(self.particles() * D);
+        let velocity = &rest[..self.particles() * D];
+        let deformed = self.upwind.as_ref().is_some_and(|upwind| upwind.options.deformed_wave_speed);
+        let mut points = std::mem::take(&mut self.workspace.points);
+        points.par_iter_mut().with_min_len(GRAIN).enumerate().for_each(|(a, point)| {
+            point.wave_speed = self.material(a).wave_speed();
+            if deformed {
+                let deformation = Tensor::identity() + self.gradient.of(a, displacement);
+                point.wave_speed /= smallest_stretch(&deformation).0.sqrt();
             }
-        }))
+        });
+        self.workspace.points = points;
+        if !self.workspace.slopes.is_empty() {
+            self.reconstruct(velocity);
+        }
+        self.pair_terms(displacement, velocity);
     }
 
     fn evaluate_state(&mut self, t: f64, state: &[f64]) -> Result<(), EvaluationError> {

@@ -1,5 +1,5 @@
 //! The energy–momentum step: the mid-point rule with a discrete-gradient stress (formulation, section 6;
-//! Gonzalez 2000; the polynomial form in C after Betsch, Janz and Hesch 2018).
+//! Gonzalez 2000; Betsch, Janz and Hesch 2018).
 //!
 //! With means over the step marked by a bar and `ψ* = (ψ(J₁) − ψ(J₀))/(J₁ − J₀)`:
 //!
@@ -12,8 +12,8 @@
 //! ([`crate::material`]).
 //!
 //! Then `Σ V P* : ΔF = Σ V (ψ₁ − ψ₀)`: total energy is constant for any Δt, and falls by exactly the
-//! upwinding's dissipation. `P* F̄ᵀ` is symmetric, so angular momentum is exact, too. With the evolved cofactor `J F⁻ᵀ`, J and det F keep
-//! their ratio, by which `H*` is multiplied.
+//! upwinding's dissipation. `P* F̄ᵀ` is symmetric, so angular momentum is exact, too. With the evolved cofactor
+//! `J F⁻ᵀ`, J and det F keep their ratio, by which `H*` is multiplied.
 //!
 //! The unknown is the mean velocity: the problem has the form of an implicit stage at the mid-point,
 //! with shift `s = Δt/2` and base `(u₀, v₀)`, and shares its unknowns, pattern and assembly. Start
@@ -31,7 +31,6 @@ use crate::tensor::{CofactorSecant, Tensor, cofactor, contract, determinant};
 #[derive(Debug, Clone, Copy)]
 pub struct StepStart<const D: usize> {
     deformation: Tensor<D>,
-    determinant: f64,
     volume_ratio: f64,
     /// `J/det F`, constant in time for the evolved cofactor; 1 for the geometric one.
     ratio: f64,
@@ -39,8 +38,8 @@ pub struct StepStart<const D: usize> {
 
 impl<const D: usize> StepStart<D> {
     /// `H*/ratio` over the step to a mean configuration.
-    pub(super) fn secant(&self, mean: &Tensor<D>) -> CofactorSecant<D> {
-        CofactorSecant::new(self.deformation, self.determinant, *mean)
+    pub(super) fn secant(&self, mean: &Tensor<D>) -> Option<CofactorSecant<D>> {
+        CofactorSecant::new(self.deformation, *mean)
     }
 }
 
@@ -55,8 +54,8 @@ impl<const D: usize> Model<D> {
         point: &mut Point<D>,
     ) -> Result<Tensor<D>, Failure> {
         let material = self.material(a);
-        let secant = start.secant(&point.deformation);
-        let value = secant.value();
+        let secant = start.secant(&point.deformation).ok_or(Failure::Determinant)?;
+        let value = secant.value;
         let det = determinant(&secant.end);
         // F₁ − F₀ from the mean velocity, whose power the stress does: the difference of two determinants is
         // the same number, but after large shear it has lost its digits, and the energy with them.
@@ -89,11 +88,12 @@ impl<const D: usize> Model<D> {
         point: &Point<D>,
         direction: &Tensor<D>,
     ) -> Tensor<D> {
-        let secant = start.secant(&point.deformation);
+        // The evaluation before this one has been inside the domain.
+        let Some(secant) = start.secant(&point.deformation) else { return Tensor::zeros() };
         // δF₁ = 2 δF̄.
         let det_variation = 2.0 * contract(&cofactor(&secant.end), direction);
         let (slope, by_end) = self.material(a).discrete_slope(start.volume_ratio, point.volume_ratio);
-        (secant.value() * (by_end * start.ratio * det_variation) + secant.variation(direction) * slope) * start.ratio
+        (secant.value * (by_end * start.ratio * det_variation) + secant.variation(direction) * slope) * start.ratio
     }
 }
 
@@ -122,7 +122,7 @@ impl<const D: usize> ConservingSystem for Model<D> {
                 CofactorChoice::Geometric => 1.0,
                 CofactorChoice::Evolved => volume_ratio / determinant,
             };
-            StepStart { deformation, determinant, volume_ratio, ratio }
+            StepStart { deformation, volume_ratio, ratio }
         });
         self.stage.start = start.collect();
     }

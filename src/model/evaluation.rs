@@ -270,7 +270,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Least-squares slopes of velocity and pressure of all particles.
-    fn reconstruct(&mut self, velocity: &[f64]) {
+    pub(super) fn reconstruct(&mut self, velocity: &[f64]) {
         let mut slopes = std::mem::take(&mut self.workspace.slopes);
         let (model, points) = (&*self, &self.workspace.points);
         if let Some(upwind) = self.upwind.as_ref() {
@@ -322,7 +322,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Force of D_v and rate of D_p on every particle.
-    fn pair_terms(&mut self, displacement: &[f64], velocity: &[f64]) {
+    pub(super) fn pair_terms(&mut self, displacement: &[f64], velocity: &[f64]) {
         let mut pairs = std::mem::take(&mut self.workspace.pairs);
         if let Some(upwind) = self.upwind.as_ref() {
             let with_velocity = upwind.has_velocity() && self.terms.velocity_upwind;

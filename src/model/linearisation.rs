@@ -177,7 +177,7 @@ impl<const D: usize> Model<D> {
         if stress && let Some(solid) = &material.solid {
             // A point without a tangent has no stress either, and was refused when it was evaluated.
             let tangent = match start {
-                Some(start) => Some(solid.conserving_tangent(&start.secant(&point.deformation))),
+                Some(start) => start.secant(&point.deformation).map(|step| solid.conserving_tangent(&step)),
                 None => solid.tangent(&point.deformation),
             };
             tangent.iter().for_each(|tangent| add4(&mut stress_by_gradient, tangent, volume));

@@ -6,6 +6,7 @@
 //! | `history.csv`, `probes.csv` | [`Table`] | every row at once |
 //! | energies and probes against time (`.svg`, `.png`) | [`HistoryColumns`], [`ProbeColumns`], [`LinePlot`] | at the end |
 //! | still pictures of particles (`.svg`, `.png`) | [`ParticlePlot`] | when asked for |
+//! | tables of outcomes as pictures (`.svg`, `.png`) | [`Panels`] | when asked for |
 //! | `report.json` | [`Report`] | at the end, however it comes |
 //!
 //! Everything here takes plain slices and a number of dimensions known at run time; nothing here knows
@@ -23,6 +24,7 @@ mod colour_bar;
 mod error;
 mod history;
 mod legend;
+mod panels;
 mod particles;
 mod picture;
 mod plot;
@@ -37,6 +39,7 @@ pub use atomic::{prepare_directory, write_atomically};
 pub use colour::ColourMap;
 pub use error::OutputError;
 pub use history::{HistoryColumns, ProbeColumns};
+pub use panels::{Cell, Panel, Panels, Tone};
 pub use particles::ParticlePlot;
 pub use plot::{LinePlot, LineSeries, Style};
 pub use pvd::Series;

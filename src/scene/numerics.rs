@@ -2,7 +2,9 @@
 
 use super::document::{Document, Number, SchemeText, Spanned};
 use super::findings::Findings;
-use super::settings::{LinearSettings, NewtonSettings, OutputField, OutputSettings, Scheme, Unknowns};
+use super::settings::{
+    LineSearch, LinearSettings, NewtonSettings, OutputField, OutputSettings, Scheme, TangentPolicy, Unknowns,
+};
 
 /// `[newton]`.
 pub(super) fn newton(document: &Document, findings: &mut Findings<'_>) -> NewtonSettings {
@@ -25,8 +27,20 @@ pub(super) fn newton(document: &Document, findings: &mut Findings<'_>) -> Newton
     small(findings, &text.relative_tolerance, "relative_tolerance", &mut settings.relative_tolerance);
     small(findings, &text.scale_tolerance, "scale_tolerance", &mut settings.scale_tolerance);
     count(findings, &text.max_iterations, "max_iterations", &mut settings.max_iterations);
-    settings.line_search = text.line_search.unwrap_or(settings.line_search);
+    if let Some(given) = &text.final_corrections {
+        settings.final_corrections = usize::try_from(*given.get_ref()).unwrap_or(usize::MAX);
+    }
+    settings.line_search = text.line_search.as_ref().map_or(settings.line_search, |search| *search.get_ref());
     settings.tangent = text.tangent.unwrap_or_default();
+    if let Some(search) = text.line_search.as_ref().filter(|search| *search.get_ref() == LineSearch::TrustRegion)
+        && matches!(settings.tangent, TangentPolicy::Broyden | TangentPolicy::Lbfgs)
+    {
+        findings.error(
+            search.span(),
+            "a trust region needs a tangent, which secant updates do not give",
+            "choose a line search, or another `tangent`",
+        );
+    }
     settings.forcing = text.forcing.unwrap_or_default();
     settings.unknowns = text.unknowns.as_ref().map(|unknowns| *unknowns.get_ref()).unwrap_or_default();
     unknowns(document, conserving, findings);

@@ -18,6 +18,9 @@ pub struct NewtonSettings {
     pub scale_tolerance: f64,
     /// Default 25.
     pub max_iterations: usize,
+    /// Corrections with the factor at hand that may follow convergence; default 0, and 2 for
+    /// [`Scheme::EnergyMomentum`], whose energy changes by what is left of the residual.
+    pub final_corrections: usize,
     /// Default [`LineSearch::Backtracking`], and [`LineSearch::None`] for [`Scheme::Static`]: a slender body bends by a
     /// first Newton step that stretches it, which is the way to go although the residual grows by orders of magnitude;
     /// steps that go too far leave the domain, or fail, and cut the increment.
@@ -38,6 +41,7 @@ impl Default for NewtonSettings {
             relative_tolerance: 1e-8,
             scale_tolerance: 1e-12,
             max_iterations: 25,
+            final_corrections: 0,
             line_search: LineSearch::default(),
             tangent: TangentPolicy::default(),
             forcing: Forcing::default(),
@@ -53,6 +57,7 @@ impl NewtonSettings {
         let mut settings = Self::default();
         if scheme == Scheme::EnergyMomentum {
             (settings.relative_tolerance, settings.scale_tolerance) = (1e-12, 1e-15);
+            settings.final_corrections = 2;
         }
         if scheme == Scheme::Static {
             settings.line_search = LineSearch::None;

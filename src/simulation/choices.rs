@@ -80,12 +80,13 @@ pub fn unknowns(choice: settings::Unknowns) -> Option<Unknowns> {
 }
 
 /// Newton's method.
-pub fn newton(scene: &Scene) -> NewtonOptions {
+pub fn newton(scene: &Scene) -> Result<NewtonOptions, RunError> {
     let newton = &scene.newton;
-    NewtonOptions {
+    let options = NewtonOptions {
         relative_tolerance: newton.relative_tolerance,
         scale_tolerance: newton.scale_tolerance,
         max_iterations: newton.max_iterations,
+        final_corrections: newton.final_corrections,
         tangent: match newton.tangent {
             settings::TangentPolicy::Full => TangentPolicy::default(),
             settings::TangentPolicy::Modified => TangentPolicy::Modified,
@@ -106,7 +107,9 @@ pub fn newton(scene: &Scene) -> NewtonOptions {
             settings::Forcing::EisenstatWalker2 => Forcing::eisenstat_walker_2(),
         },
         ..NewtonOptions::default()
-    }
+    };
+    options.validate().map_err(|error| RunError::Choice(format!("[newton]: {error}")))?;
+    Ok(options)
 }
 
 /// The linear solver. `auto`: LDLᵀ where the tangent is symmetric by construction, LU elsewhere.

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! Works of loads are integrated by the trapezoidal rule along the path, `½(f₀ + f₁)·Δu`, exact for
-//! dead loads; dissipation is taken at the mean of the two states of a step, which for Crank–Nicolson
-//! on linear equations is exactly what the step takes out. The work of a moving constraint is the
+//! dead loads; dissipation is taken at the mean of the two states of a step, which is exactly what an
+//! energy–momentum step takes out, and Crank–Nicolson on linear equations. The work of a moving constraint is the
 //! change of kinetic energy of what it moves, less the work of the other forces on it.
 
 use nicolson_solvers::EvaluationError;
@@ -142,7 +142,8 @@ impl Ledger {
             self.mean.clear();
             self.mean.extend(self.state.iter().zip(state).map(|(a, b)| 0.5 * (a + b)));
             let middle = 0.5 * (self.time + time);
-            // Between two admissible states of a long step the mean may not be one; the end then stands in.
+            // Between two admissible states of a long step the mean may not be one. That matters to D_p; the end
+            // then stands in.
             let power = match model.dissipation(middle, &self.mean) {
                 Ok(power) => power,
                 Err(_) => model.dissipation(time, state)?,

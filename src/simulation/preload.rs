@@ -19,7 +19,7 @@ const INCREMENTS: f64 = 4.0;
 pub fn equilibrate<const D: usize>(scene: &Scene, model: &mut Model<D>, values: &mut [f64]) -> Result<(), RunError> {
     choices::possible(Scheme::Static, model)?;
     model.set_ramp(Some(Ramp { end: 1.0, frozen: Some(0.0) }));
-    let options = NewtonOptions { globalisation: Globalisation::None, ..choices::newton(scene) };
+    let options = NewtonOptions { globalisation: Globalisation::None, ..choices::newton(scene)? };
     let newton = NewtonSolver::new(options, choices::linear(scene, Symmetry::Symmetric)?.build());
     let control = StepControl::Fixed { step: 1.0 / INCREMENTS };
     let mut stepper =

@@ -80,7 +80,7 @@ pub fn prepare<const D: usize>(scene: &Scene) -> Result<Prepared<D>, RunError> {
             Scheme::Static => Symmetry::Symmetric,
             _ => model.symmetry(),
         };
-        Some(NewtonSolver::new(choices::newton(scene), choices::linear(scene, symmetry)?.build()))
+        Some(NewtonSolver::new(choices::newton(scene)?, choices::linear(scene, symmetry)?.build()))
     } else {
         None
     };

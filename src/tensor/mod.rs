@@ -188,12 +188,12 @@ mod tests {
 
     fn secant_is_exact_and_symmetric<const D: usize>() {
         let (start, mean, direction) = (sample::<D>(0.2), sample::<D>(0.4), sample::<D>(2.0));
-        let secant = CofactorSecant::new(start, determinant(&start), mean);
+        let secant = CofactorSecant::new(start, mean).expect("positive volume");
         let change = determinant(&secant.end) - determinant(&start);
-        assert_relative_eq!(contract(&secant.value(), &(secant.end - start)), change, epsilon = 1e-13);
-        let turning = secant.value() * mean.transpose();
+        assert_relative_eq!(contract(&secant.value, &(secant.end - start)), change, epsilon = 1e-13);
+        let turning = secant.value * mean.transpose();
         assert_relative_eq!(turning, turning.transpose(), epsilon = 1e-13);
-        let at = |h: f64| CofactorSecant::new(start, determinant(&start), mean + direction * h).value();
+        let at = |h: f64| CofactorSecant::new(start, mean + direction * h).expect("positive volume").value;
         let h = 1e-6;
         assert_relative_eq!((at(h) - at(-h)) / (2.0 * h), secant.variation(&direction), epsilon = 1e-8);
     }

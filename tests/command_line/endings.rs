@@ -127,6 +127,21 @@ fn a_step_that_converges_at_no_length_is_a_failure_with_results() {
     }
 }
 
+/// A Krylov method that stagnates: the cause is in the message, and the start is on disk.
+#[test]
+fn a_linear_solver_that_stagnates_is_a_failure_with_its_cause() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let out = directory.path().join("out");
+    let overrides =
+        ["linear.solver=\"gmres\"", "linear.preconditioner=\"none\"", "linear.max_iterations=2", "time.end=0.1"];
+    let answer = run(&example("impact-hyperelastic"), &out, &overrides, &["--quiet"]);
+    assert_eq!(answer.code, 3, "{}", answer.complained);
+    let report = readable(&out);
+    assert_eq!((report.status, report.steps.accepted), (Status::Failed, 0));
+    let message = report.message.expect("a message");
+    assert!(message.contains("the linear solve failed: no convergence in 2 iterations"), "{message}");
+}
+
 #[test]
 fn a_full_disk_is_a_failure_and_not_wrong_input() {
     // Linux's own disk that is always full; elsewhere there is nothing to test with.

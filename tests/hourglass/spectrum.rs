@@ -51,7 +51,7 @@ fn bar(count: usize, smoothing: f64, hourglass: f64) -> [f64; 2] {
 
 fn weighted_bar(count: usize, smoothing: f64, hourglass: f64, weights: WeightChoice) -> [f64; 2] {
     let spacing = 1.0 / (count - 1) as f64;
-    let law = MaterialChoice::LinearVolumetric { density: 1.0, bulk_modulus: 1.0 };
+    let law = nicolson::material::Material::linear_volumetric(1.0, 1.0);
     let lattice = BoxLattice::with_counts([0.0], [1.0], [count], Layout::Vertex).expect("a lattice");
     let mut setup = setup(lattice.particles(), spacing, law);
     setup.bodies[0].smoothing = smoothing;

@@ -201,6 +201,12 @@ fn numerics() {
         ("unknowns = \"auto\"", "unknowns = ▶\"velocity\"", "`tau_p` couples", "velocity_jacobian"),
         (
             "line_search = \"backtracking\"",
+            "tangent = \"broyden\"\nline_search = ▶\"trust_region\"",
+            "a trust region needs a tangent",
+            "choose a line search",
+        ),
+        (
+            "line_search = \"backtracking\"",
             "relative_tolerance = ▶1.5",
             "`relative_tolerance` is 1.5",
             "between 0 and 1",

@@ -38,6 +38,7 @@ mod pivots;
 mod precondition;
 mod scaling;
 mod sparse;
+mod stored;
 
 use std::sync::Arc;
 
@@ -45,6 +46,7 @@ pub use choice::{InvalidChoice, KrylovOptions, LinearSolverChoice, Operator, Pre
 pub use ldlt::{EliminationOrder, SparseCholesky, SparseLdlt};
 pub use lu::SparseLu;
 pub use sparse::{SparseMatrix, SparsePattern};
+pub use stored::StoredTangent;
 
 /// What is known about the symmetry of an operator, by construction (not by inspection).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -23,6 +23,7 @@
 //! Not here: bounds and inequalities, continuation, preconditioned nonlinear iterations.
 
 mod criteria;
+mod final_corrections;
 mod forcing;
 mod line_search;
 mod monitor;

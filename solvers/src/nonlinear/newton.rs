@@ -138,6 +138,7 @@ impl NewtonSolver {
 
         loop {
             if let Some(convergence) = criteria.converged(here) {
+                self.correct_further(problem, y, here, criteria.first(), run)?;
                 return self.finish(convergence, problem, y, run);
             }
             if run.work.iterations >= limit {

@@ -63,6 +63,9 @@ pub struct NewtonOptions {
     /// Stagnated when the smallest residual norm has not fallen by one per cent in this many
     /// iterations. Default 8.
     pub stagnation: usize,
+    /// Corrections with the factor at hand that may follow convergence, each only if it halves the residual: for
+    /// conservation laws, which hold as exactly as the equations are solved. Default 0.
+    pub final_corrections: usize,
 }
 
 impl Default for NewtonOptions {
@@ -78,6 +81,7 @@ impl Default for NewtonOptions {
             max_trials: 30,
             divergence: 1e12,
             stagnation: 8,
+            final_corrections: 0,
         }
     }
 }

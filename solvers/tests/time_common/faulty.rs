@@ -58,6 +58,10 @@ impl<S: StageSystem> System for Faulty<S> {
         if part == RatePart::Others { Ok(()) } else { self.strike(out) }
     }
 
+    fn impose(&mut self, t: f64, u: &mut [f64]) {
+        self.inner.impose(t, u);
+    }
+
     fn velocities(&self) -> Option<Range<usize>> {
         self.inner.velocities()
     }

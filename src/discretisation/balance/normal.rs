@@ -14,7 +14,7 @@
 use std::sync::Arc;
 
 use nicolson_solvers::linear::{
-    EliminationOrder, LinearError, LinearSolver, SparseCholesky, SparseMatrix, SparsePattern, Symmetry, Tangent,
+    EliminationOrder, LinearError, LinearSolver, SparseCholesky, SparsePattern, StoredTangent, Symmetry, Tangent,
 };
 
 use super::constraints::{Constraints, Side};
@@ -29,35 +29,8 @@ const SOLVE: f64 = 1e-2;
 /// The factored normal equations of a band.
 pub(super) struct NormalEquations {
     band: Vec<usize>,
-    matrix: RegularisedMatrix,
+    matrix: StoredTangent,
     solver: SparseCholesky,
-}
-
-struct RegularisedMatrix {
-    pattern: Arc<SparsePattern>,
-    matrix: SparseMatrix,
-}
-
-impl Tangent for RegularisedMatrix {
-    fn size(&self) -> usize {
-        self.matrix.size()
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        Symmetry::PositiveDefinite
-    }
-
-    fn apply(&self, v: &[f64], out: &mut [f64]) {
-        self.matrix.apply(v, out);
-    }
-
-    fn pattern(&self) -> Option<&Arc<SparsePattern>> {
-        Some(&self.pattern)
-    }
-
-    fn fill(&self, values: &mut [f64]) {
-        values.copy_from_slice(self.matrix.values());
-    }
 }
 
 impl NormalEquations {
@@ -123,7 +96,7 @@ fn shape<const D: usize>(distance: &Vector<D>, j: usize) -> f64 {
     if j == 0 { 1.0 } else { distance[j - 1] }
 }
 
-fn assemble<const D: usize>(constraints: &Constraints<'_, D>, inside: &[bool], band: &[usize]) -> RegularisedMatrix {
+fn assemble<const D: usize>(constraints: &Constraints<'_, D>, inside: &[bool], band: &[usize]) -> StoredTangent {
     let parts = D + 1;
     let mut number = vec![0; inside.len()];
     for (k, &a) in band.iter().enumerate() {
@@ -159,8 +132,7 @@ fn assemble<const D: usize>(constraints: &Constraints<'_, D>, inside: &[bool], b
         }
     }
     let pattern = Arc::new(SparsePattern::new(offsets, columns));
-    let matrix = SparseMatrix::new(&pattern, values);
-    RegularisedMatrix { pattern, matrix }
+    StoredTangent::new(&pattern, values, Symmetry::PositiveDefinite)
 }
 
 /// Both sides of a particle with their components.
