@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use nicolson::discretisation::{DiscretisationError, Gradient};
-use nicolson::geometry::{BoxLattice, Layout};
+use nicolson::geometry::{BoxLattice, Layout, MappedLattice, RingLattice};
 use nicolson::model::{Model, Noise};
 use nicolson::scene::Scene;
 use nicolson::setup::*;
@@ -91,7 +91,25 @@ fn patch<const D: usize>(counts: [usize; D], shake: f64, smoothing: f64) {
 }
 
 fn promises<const D: usize>(what: &str, lattice: &BoxLattice<D>, particles: &Particles<D>, smoothing: f64) {
-    let spacing = lattice.mean_spacing();
+    keeps_promises(what, particles, lattice.mean_spacing(), smoothing);
+}
+
+/// The traction that the faces of a particle gather from a stress at their points, and the edges it is on.
+fn tractions<const D: usize>(
+    particles: &Particles<D>,
+    stress: impl Fn(&Vector<D>) -> Tensor<D>,
+) -> Vec<(Vector<D>, bool)> {
+    let mut gathered = vec![(Vector::<D>::zeros(), false); particles.positions.len()];
+    let mut first: Vec<Option<Vector<D>>> = vec![None; gathered.len()];
+    for face in &particles.faces {
+        let (sum, edge) = &mut gathered[face.particle];
+        *sum += stress(&face.point) * face.normal * face.area;
+        *edge |= first[face.particle].get_or_insert(face.normal).dot(&face.normal) < 0.86;
+    }
+    gathered
+}
+
+fn keeps_promises<const D: usize>(what: &str, particles: &Particles<D>, spacing: f64, smoothing: f64) {
     let gradient = gradient(particles, spacing, smoothing, WeightChoice::Balanced).expect(what);
     let error = gradient_error(&gradient, particles);
     assert!(error < EXACT, "{what}: linear fields off by {error:e}");
@@ -99,24 +117,63 @@ fn promises<const D: usize>(what: &str, lattice: &BoxLattice<D>, particles: &Par
     let area = spacing.powi(D as i32 - 1);
     let constant = general::<D>(2);
     let slopes: [Tensor<D>; D] = std::array::from_fn(|j| general(10 + j as u64));
-    let centre = (lattice.lower() + lattice.upper()) / 2.0;
+    let count = particles.positions.len() as f64;
+    let centre = particles.positions.iter().sum::<Vector<D>>() / count;
     // Relative to the centre, so that the stress is of magnitude one.
     let linear = |x: &Vector<D>| (0..D).fold(constant, |sum, j| sum + slopes[j] * (x - centre)[j]);
     let divergence = (0..D).fold(Vector::<D>::zeros(), |sum, j| sum + slopes[j].column(j));
     let of_constant = forces(&gradient, particles, |_| constant);
     let of_linear = forces(&gradient, particles, linear);
-    let mut normals = vec![Vec::new(); particles.positions.len()];
-    particles.faces.iter().for_each(|face| normals[face.particle].push(face.normal * face.area));
-    for (a, normals) in normals.iter().enumerate() {
-        let total: Vector<D> = normals.iter().sum();
-        let error = (of_constant[a] - constant * total).amax() / area;
+    let (flat, sloped) = (tractions(particles, |_| constant), tractions(particles, linear));
+    for a in 0..particles.positions.len() {
+        let error = (of_constant[a] - flat[a].0).amax() / area;
         assert!(error < EXACT, "{what}: particle {a} is off by {error:e} under constant stress");
-        if normals.len() < 2 || D == 1 {
-            let traction = linear(&particles.positions[a]) * total;
-            let error = (of_linear[a] - traction + divergence * particles.volumes[a]).amax() / area;
+        if !flat[a].1 || D == 1 {
+            let error = (of_linear[a] - sloped[a].0 + divergence * particles.volumes[a]).amax() / area;
             assert!(error < EXACT, "{what}: particle {a} is off by {error:e} under linear stress");
         }
     }
+}
+
+/// A bent lattice with inner corners shaken.
+fn bent<const D: usize>(counts: [usize; D], shake: f64, map: impl Fn(Vector<D>) -> Vector<D>) -> MappedLattice<D> {
+    let mut noise = Noise::new(5);
+    MappedLattice::shaken(lattice(counts, Layout::Vertex), shake, || noise.next(), map).expect("a possible map")
+}
+
+#[test]
+fn force_patch_test_on_trapezoids_sectors_and_shaken_cells() {
+    let trapezoid = |x: Vector<2>| Vector::<2>::new(x[0], (x[1] - 2.0) * (1.0 - 0.2 * (x[0] - 3.0)));
+    let sector = |x: Vector<2>| Vector::<2>::new(x[0] * (x[1] / 3.0).cos(), x[0] * (x[1] / 3.0).sin());
+    for (what, shake, smoothing) in [("trapezoid", 0.0, 1.2), ("shaken trapezoid", 0.2, 1.2), ("again", 0.2, 1.5)] {
+        let mapped = bent([12, 10], shake, trapezoid);
+        keeps_promises(what, &mapped.particles(), mapped.mean_spacing(), smoothing);
+    }
+    for shake in [0.0, 0.2] {
+        let mapped = bent([12, 10], shake, sector);
+        keeps_promises("sector", &mapped.particles(), mapped.mean_spacing(), 1.2);
+        let mapped = bent([12, 10], shake, |x| x);
+        keeps_promises("shaken box", &mapped.particles(), mapped.mean_spacing(), 1.2);
+    }
+    let wedge =
+        |x: Vector<3>| Vector::<3>::new(x[0], x[1] * (1.0 - 0.1 * (x[0] - 3.0)), x[2] * (1.0 - 0.1 * (x[0] - 3.0)));
+    for shake in [0.0, 0.2] {
+        let mapped = bent([6, 7, 6], shake, wedge);
+        keeps_promises("wedge", &mapped.particles(), mapped.mean_spacing(), 1.2);
+    }
+}
+
+#[test]
+fn force_patch_test_on_rings_discs_and_tubes() {
+    let ring =
+        |radii, height, shake: f64| (RingLattice::new([1.0, 2.0], radii, height, 0.1).expect("a possible ring"), shake);
+    for (lattice, shake) in [ring([0.5, 1.0], None, 0.0), ring([0.5, 1.0], None, 0.2), ring([0.0, 1.0], None, 0.0)] {
+        let mut noise = Noise::new(9);
+        let particles = lattice.particles::<2>(shake, || noise.next());
+        keeps_promises(&format!("{lattice:?} shaken {shake}"), &particles, lattice.mean_spacing(), 1.2);
+    }
+    let (lattice, _) = ring([0.2, 0.5], Some([0.0, 0.5]), 0.0);
+    keeps_promises("tube", &lattice.particles::<3>(0.0, || 0.0), lattice.mean_spacing(), 1.2);
 }
 
 #[test]

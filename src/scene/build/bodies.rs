@@ -30,7 +30,7 @@ pub(super) struct Made<const D: usize> {
     pub upper: SVector<f64, D>,
     /// Whether it fills the region between the corners.
     pub is_box: bool,
-    /// Whether its boundary is known.
+    /// Whether its boundary has sides with names.
     pub has_faces: bool,
 }
 
@@ -104,7 +104,7 @@ pub(super) fn make<const D: usize>(
         let (is_box, spacing) = (shape.is_box(), shape.spacing());
         let own = shape.particles();
         let (lower, upper) = bounds(&own);
-        let has_faces = !own.faces.is_empty();
+        let has_faces = own.faces.iter().any(|face| face.side.is_some());
         let range = append(&mut particles, own);
         let body = Body {
             name: name.clone(),

@@ -35,6 +35,16 @@ pub(in crate::scene) struct BodyText {
 pub(in crate::scene) enum ShapeText {
     Box(BoxText),
     MappedBox(MappedBoxText),
+    Ring(RingText),
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a ring, such as `{ centre = [0, 0], inner = 0.5, outer = 1 }`")]
+pub(in crate::scene) struct RingText {
+    pub centre: Vector,
+    pub inner: Option<Number>,
+    pub outer: Number,
+    pub height: Option<Vector>,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -72,6 +82,7 @@ fn first_seed() -> u64 {
 pub(in crate::scene) struct PointsText {
     pub file: Text,
     pub spacing: Number,
+    pub faces: Option<Text>,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
