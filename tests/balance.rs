@@ -274,11 +274,17 @@ fn the_change_stays_at_the_boundary() {
 
 /// L2 error of the displacement after one period, relative to the amplitude.
 fn piston(weights: &str, smoothing: f64, cells: usize) -> f64 {
+    shaken_piston(weights, smoothing, cells, 0.0)
+}
+
+/// The same with inner particles moved by part of a spacing.
+fn shaken_piston(weights: &str, smoothing: f64, cells: usize, shake: f64) -> f64 {
     let period = 4.0 * 2.5 / (1e3_f64 / 1.4).sqrt();
     let overrides = [
         ("body.0.weights", format!("\"{weights}\"")),
         ("body.0.smoothing", smoothing.to_string()),
         ("body.0.spacing", (2.5 / cells as f64).to_string()),
+        ("body.0.perturb", format!("{{ amount = {shake} }}")),
         // Fourth order at a third of the stable step: the error is that of space.
         ("time.scheme", "\"rk4\"".into()),
         ("time.step", (period / (16 * cells) as f64).to_string()),
@@ -320,6 +326,41 @@ fn the_elastic_piston_converges_with_second_order() {
             assert!(orders.iter().all(|order| *order < 0.8), "{what}: {orders:?}");
         }
     }
+}
+
+#[test]
+fn the_elastic_piston_converges_on_shaken_cells() {
+    let errors = [10, 20, 40].map(|cells| shaken_piston("balanced", 1.2, cells, 0.2));
+    for (error, measured) in errors.iter().zip([0.0376, 0.01133, 0.00365]) {
+        assert!((error / measured - 1.0).abs() < 0.02, "{errors:?}");
+    }
+    let orders = [order(errors[0], errors[1]), order(errors[1], errors[2])];
+    assert!(orders.iter().all(|order| *order > 1.5), "{errors:?} {orders:?}");
+    // The source's force does not converge there at all.
+    let loose = [10, 20].map(|cells| shaken_piston("separate", 1.2, cells, 0.2));
+    assert!(loose[1] > loose[0], "{loose:?}");
+}
+
+#[test]
+fn automatic_weights_are_balanced_where_that_is_possible_and_say_why_not() {
+    let lattice = lattice([12, 10], Layout::Vertex);
+    let mut particles = lattice.particles();
+    let build =
+        |particles: &Particles<2>, weights| gradient(particles, lattice.mean_spacing(), 1.2, weights).expect("weights");
+    let (auto, balanced) = (build(&particles, WeightChoice::Auto), build(&particles, WeightChoice::Balanced));
+    assert_eq!(auto.weights, balanced.weights);
+    let report = &auto.balance[0];
+    assert!(report.balanced && report.note.is_empty() && report.body == "body", "{report:?}");
+    assert!(report.missed > 0 && report.band == 120 && report.unknowns == 720 && report.iterations > 0, "{report:?}");
+    assert!(report.residual < EXACT && report.largest_change > 0.0 && report.largest_change < 0.5, "{report:?}");
+
+    let separate = build(&particles, WeightChoice::Separate);
+    assert!(separate.balance.is_empty());
+    particles.faces.clear();
+    let auto = build(&particles, WeightChoice::Auto);
+    assert_eq!(auto.weights, separate.weights);
+    let report = &auto.balance[0];
+    assert!(!report.balanced && report.note.contains("description of the boundary"), "{report:?}");
 }
 
 #[test]

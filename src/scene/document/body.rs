@@ -164,6 +164,7 @@ pub(in crate::scene) enum WeightText {
     Separate,
     Single,
     Balanced,
+    Auto,
 }
 
 impl From<WeightText> for WeightChoice {
@@ -172,6 +173,7 @@ impl From<WeightText> for WeightChoice {
             WeightText::Separate => Self::Separate,
             WeightText::Single => Self::Single,
             WeightText::Balanced => Self::Balanced,
+            WeightText::Auto => Self::Auto,
         }
     }
 }
