@@ -59,7 +59,7 @@ const DIED_OUT: f64 = 0.25;
 /// the factor would take some ten gigabytes.
 const LARGEST: [usize; 2] = [2_000_000, 400_000];
 /// The same for what is done unasked: some seconds.
-const CHEAP: [usize; 2] = [400_000, 40_000];
+const CHEAP: [usize; 2] = [200_000, 40_000];
 
 /// How much work balancing may be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -205,7 +205,7 @@ pub(super) fn plan<const D: usize>(
 /// The fields of a map.
 fn map<const D: usize>(text: &MappedBoxText, findings: &mut Findings<'_>) -> Option<[Expression; D]> {
     let map = findings.fields::<D>(&text.map, "map")?;
-    for (field, text) in map.iter().zip(text.map.get_ref()).filter(|(field, _)| field.depends_on_time()) {
+    if let Some((field, text)) = map.iter().zip(text.map.get_ref()).find(|(field, _)| field.depends_on_time()) {
         let message = format!("the map `{field}` depends on the time");
         findings.error(text.span(), message, "use X, Y, Z alone: it shapes the body before anything moves");
         return None;
@@ -387,7 +387,7 @@ fn points<const D: usize>(text: &PointsText, base: &Path, findings: &mut Finding
             }
         }
         let (volume, moment) = enclosed(&particles);
-        if !(volume > 0.0) {
+        if volume <= 0.0 || volume.is_nan() {
             let message = format!("the faces enclose a volume of {volume}");
             findings.error(key.span(), message, "give every piece of the boundary its outward normal");
             return None;

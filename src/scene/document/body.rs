@@ -161,10 +161,10 @@ impl From<KernelText> for KernelChoice {
 #[serde(rename_all = "snake_case")]
 pub(in crate::scene) enum WeightText {
     #[default]
+    Auto,
+    Balanced,
     Separate,
     Single,
-    Balanced,
-    Auto,
 }
 
 impl From<WeightText> for WeightChoice {
