@@ -111,6 +111,8 @@ fn mistakes_in_shapes_are_explained() {
         (flat("layout = ['vertex', 'face']"), "", "`face`"),
         (flat("layout = 3"), "", "a layout"),
         (flat("perturb = { amount = 0.5 }"), "", "`amount` is 0.5"),
+        (flat("perturb = { amount = 0.1 }\nvolumes = 'stencil'"), "", "cannot suit the stencil"),
+        (flat("volumes = 'stencil'\nsmoothing = 5"), "", "moved from the second row"),
         (ring("centre = [0, 0], inner = 1, outer = 0.5"), "", "a ring from 1 to 0.5"),
         (ring("centre = [0, 0], outer = 0.04"), "", "does not fit"),
         (ring("centre = [0, 0], outer = 1, height = [0, 1]"), "", "has no height"),

@@ -10,6 +10,7 @@ mod lattice;
 mod mapped;
 mod points;
 mod ring;
+mod stencil;
 mod volumes;
 
 pub use faces::read_faces;
@@ -17,4 +18,5 @@ pub use lattice::{BoxLattice, LatticeError, Layout, Layouts};
 pub use mapped::{MapError, MappedLattice};
 pub use points::{PointError, read_points};
 pub use ring::{RingError, RingLattice};
+pub use stencil::stencil_volumes;
 pub use volumes::{adapt_volumes, enclosed};

@@ -20,7 +20,9 @@
 //! Only a band of particles around those whose conditions are not met already takes part. If the change
 //! has died out at the inner rim of the band, the rest keeps its weights to the last bit: so it is on lattices
 //! with h = Δx. If it has not (h = 1.2 Δx: the stencil reaches past the next neighbour, and a band would
-//! need changes that grow with the number of particles), or if the band is too small, all take part.
+//! need changes that grow with the number of particles), or if the band is too small, all take part. What the
+//! wider stencil lacks is not weights but volumes that suit it ([`crate::geometry::stencil_volumes`]): with those a
+//! band is enough again.
 //!
 //! Rejected: freeing only the nearest pairs (infeasible in 2D beyond h = Δx); weighting the change by the
 //! kernel (moves the interior by 14 % instead of 5 % at h = 1.2 Δx); conjugate gradients (see `normal`).
@@ -242,8 +244,8 @@ impl Failure {
             Self::TooLarge { unknowns, largest } => DiscretisationError {
                 place: format!("body `{}`", body.name),
                 reason: format!("balancing its weights takes {unknowns} unknowns, more than {largest}"),
-                remedy: "use a lattice with smoothing = 1.0, where only particles near the boundary take part, or \
-                         weights = \"separate\""
+                remedy: "use a box with smoothing = 1.0 or volumes = \"stencil\", where only particles near the \
+                         boundary take part, or weights = \"separate\""
                     .into(),
             },
             Self::Solver(reason) => DiscretisationError {

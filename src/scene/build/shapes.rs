@@ -113,6 +113,14 @@ impl<const D: usize> Shape<D> {
         matches!(self, Self::Lattice(_) | Self::Mapped(_, true))
     }
 
+    /// The lattice, if it is neither bent nor shaken.
+    pub fn lattice(&self) -> Option<&BoxLattice<D>> {
+        match self {
+            Self::Lattice(lattice) => Some(lattice),
+            _ => None,
+        }
+    }
+
     /// Distance of neighbouring particles, m: the edge of a cube with the volume of the average cell.
     pub fn spacing(&self) -> f64 {
         match self {

@@ -25,6 +25,7 @@ pub(in crate::scene) struct BodyText {
     pub smoothing: Option<Number>,
     #[serde(default)]
     pub weights: WeightText,
+    pub volumes: Option<Spanned<VolumeText>>,
     #[serde(default)]
     pub cofactor: CofactorText,
     pub material: MaterialText,
@@ -155,6 +156,13 @@ impl From<KernelText> for KernelChoice {
             KernelText::QuinticSpline => Self::QuinticSpline,
         }
     }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::scene) enum VolumeText {
+    Cells,
+    Stencil,
 }
 
 #[derive(Debug, Clone, Copy, Default, Deserialize)]

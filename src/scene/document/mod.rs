@@ -13,7 +13,7 @@ pub(in crate::scene) use toml::Spanned;
 
 pub(in crate::scene) use body::{
     BodyText, BoxText, HyperelasticText, LayoutText, LayoutsText, LinearText, MappedBoxText, MaterialText, PerturbText,
-    PointsText, RingText, ShapeText,
+    PointsText, RingText, ShapeText, VolumeText,
 };
 pub(in crate::scene) use conditions::{
     AxisName, BoundaryText, ExactText, HydrostaticText, InitialText, ProbeMode, ProbeText, SelectText, TractionText,
