@@ -106,15 +106,13 @@
 //!
 //! # Limits
 //!
-//! - Laws are volumetric: they resist changes of volume, not shear. Whatever bends needs laws that are not here
-//!   yet; the scheme `static` is refused.
 //! - Bodies do not interact, with each other or with themselves: there is no contact.
 //! - Integration at particles leaves modes with almost no energy, the worse the wider the kernel: keep `smoothing` at
 //!   1.2 or below. Upwinding damps them, [hourglass control](stabilisation::Hourglass) removes them; fluids have none
 //!   unless asked, because it resists the bending of what should flow.
-//! - The default weights converge with second order in one dimension at `smoothing = 1` only. Wider kernels, and
-//!   boundaries in two and three dimensions, leave first order or less: 0.5 on the elastic piston.
-//!   [Balanced](setup::WeightChoice::Balanced) weights restore second order there.
+//! - [Balanced](setup::WeightChoice::Balanced) weights, the default where a body allows them, converge with second
+//!   order; the others do in one dimension at `smoothing = 1` only, and with 0.5 on the elastic piston. What could
+//!   not be balanced is in the report.
 //! - Crank–Nicolson, the mid-point rule and their kin are unconditionally stable for linear equations, and for
 //!   those only.
 //! - Neighbours are those of the reference configuration: matter does not separate or mix.

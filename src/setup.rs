@@ -159,6 +159,8 @@ pub enum WeightChoice {
     Single,
     /// Corrected so that constant stress is balanced by its boundary traction.
     Balanced,
+    /// Balanced where the body allows it and it is cheap, separate otherwise; the report says which.
+    Auto,
 }
 
 /// Cofactor in the volumetric laws and in the rate of J.

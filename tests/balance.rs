@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use nicolson::discretisation::{DiscretisationError, Gradient};
-use nicolson::geometry::{BoxLattice, Layout};
+use nicolson::geometry::{BoxLattice, Layout, Layouts, MappedLattice, RingLattice, stencil_volumes};
 use nicolson::model::{Model, Noise};
 use nicolson::scene::Scene;
 use nicolson::setup::*;
@@ -91,7 +91,25 @@ fn patch<const D: usize>(counts: [usize; D], shake: f64, smoothing: f64) {
 }
 
 fn promises<const D: usize>(what: &str, lattice: &BoxLattice<D>, particles: &Particles<D>, smoothing: f64) {
-    let spacing = lattice.mean_spacing();
+    keeps_promises(what, particles, lattice.mean_spacing(), smoothing);
+}
+
+/// The traction that the faces of a particle gather from a stress at their points, and the edges it is on.
+fn tractions<const D: usize>(
+    particles: &Particles<D>,
+    stress: impl Fn(&Vector<D>) -> Tensor<D>,
+) -> Vec<(Vector<D>, bool)> {
+    let mut gathered = vec![(Vector::<D>::zeros(), false); particles.positions.len()];
+    let mut first: Vec<Option<Vector<D>>> = vec![None; gathered.len()];
+    for face in &particles.faces {
+        let (sum, edge) = &mut gathered[face.particle];
+        *sum += stress(&face.point) * face.normal * face.area;
+        *edge |= first[face.particle].get_or_insert(face.normal).dot(&face.normal) < 0.86;
+    }
+    gathered
+}
+
+fn keeps_promises<const D: usize>(what: &str, particles: &Particles<D>, spacing: f64, smoothing: f64) {
     let gradient = gradient(particles, spacing, smoothing, WeightChoice::Balanced).expect(what);
     let error = gradient_error(&gradient, particles);
     assert!(error < EXACT, "{what}: linear fields off by {error:e}");
@@ -99,24 +117,63 @@ fn promises<const D: usize>(what: &str, lattice: &BoxLattice<D>, particles: &Par
     let area = spacing.powi(D as i32 - 1);
     let constant = general::<D>(2);
     let slopes: [Tensor<D>; D] = std::array::from_fn(|j| general(10 + j as u64));
-    let centre = (lattice.lower() + lattice.upper()) / 2.0;
+    let count = particles.positions.len() as f64;
+    let centre = particles.positions.iter().sum::<Vector<D>>() / count;
     // Relative to the centre, so that the stress is of magnitude one.
     let linear = |x: &Vector<D>| (0..D).fold(constant, |sum, j| sum + slopes[j] * (x - centre)[j]);
     let divergence = (0..D).fold(Vector::<D>::zeros(), |sum, j| sum + slopes[j].column(j));
     let of_constant = forces(&gradient, particles, |_| constant);
     let of_linear = forces(&gradient, particles, linear);
-    let mut normals = vec![Vec::new(); particles.positions.len()];
-    particles.faces.iter().for_each(|face| normals[face.particle].push(face.normal * face.area));
-    for (a, normals) in normals.iter().enumerate() {
-        let total: Vector<D> = normals.iter().sum();
-        let error = (of_constant[a] - constant * total).amax() / area;
+    let (flat, sloped) = (tractions(particles, |_| constant), tractions(particles, linear));
+    for a in 0..particles.positions.len() {
+        let error = (of_constant[a] - flat[a].0).amax() / area;
         assert!(error < EXACT, "{what}: particle {a} is off by {error:e} under constant stress");
-        if normals.len() < 2 || D == 1 {
-            let traction = linear(&particles.positions[a]) * total;
-            let error = (of_linear[a] - traction + divergence * particles.volumes[a]).amax() / area;
+        if !flat[a].1 || D == 1 {
+            let error = (of_linear[a] - sloped[a].0 + divergence * particles.volumes[a]).amax() / area;
             assert!(error < EXACT, "{what}: particle {a} is off by {error:e} under linear stress");
         }
     }
+}
+
+/// A bent lattice with inner corners shaken.
+fn bent<const D: usize>(counts: [usize; D], shake: f64, map: impl Fn(Vector<D>) -> Vector<D>) -> MappedLattice<D> {
+    let mut noise = Noise::new(5);
+    MappedLattice::shaken(lattice(counts, Layout::Vertex), shake, || noise.next(), map).expect("a possible map")
+}
+
+#[test]
+fn force_patch_test_on_trapezoids_sectors_and_shaken_cells() {
+    let trapezoid = |x: Vector<2>| Vector::<2>::new(x[0], (x[1] - 2.0) * (1.0 - 0.2 * (x[0] - 3.0)));
+    let sector = |x: Vector<2>| Vector::<2>::new(x[0] * (x[1] / 3.0).cos(), x[0] * (x[1] / 3.0).sin());
+    for (what, shake, smoothing) in [("trapezoid", 0.0, 1.2), ("shaken trapezoid", 0.2, 1.2), ("again", 0.2, 1.5)] {
+        let mapped = bent([12, 10], shake, trapezoid);
+        keeps_promises(what, &mapped.particles(), mapped.mean_spacing(), smoothing);
+    }
+    for shake in [0.0, 0.2] {
+        let mapped = bent([12, 10], shake, sector);
+        keeps_promises("sector", &mapped.particles(), mapped.mean_spacing(), 1.2);
+        let mapped = bent([12, 10], shake, |x| x);
+        keeps_promises("shaken box", &mapped.particles(), mapped.mean_spacing(), 1.2);
+    }
+    let wedge =
+        |x: Vector<3>| Vector::<3>::new(x[0], x[1] * (1.0 - 0.1 * (x[0] - 3.0)), x[2] * (1.0 - 0.1 * (x[0] - 3.0)));
+    for shake in [0.0, 0.2] {
+        let mapped = bent([6, 7, 6], shake, wedge);
+        keeps_promises("wedge", &mapped.particles(), mapped.mean_spacing(), 1.2);
+    }
+}
+
+#[test]
+fn force_patch_test_on_rings_discs_and_tubes() {
+    let ring =
+        |radii, height, shake: f64| (RingLattice::new([1.0, 2.0], radii, height, 0.1).expect("a possible ring"), shake);
+    for (lattice, shake) in [ring([0.5, 1.0], None, 0.0), ring([0.5, 1.0], None, 0.2), ring([0.0, 1.0], None, 0.0)] {
+        let mut noise = Noise::new(9);
+        let particles = lattice.particles::<2>(shake, || noise.next());
+        keeps_promises(&format!("{lattice:?} shaken {shake}"), &particles, lattice.mean_spacing(), 1.2);
+    }
+    let (lattice, _) = ring([0.2, 0.5], Some([0.0, 0.5]), 0.0);
+    keeps_promises("tube", &lattice.particles::<3>(0.0, || 0.0), lattice.mean_spacing(), 1.2);
 }
 
 #[test]
@@ -215,13 +272,74 @@ fn the_change_stays_at_the_boundary() {
     }
 }
 
+/// Part of the particles that take part, with the volumes of the cells and with those that suit the stencil.
+fn bands<const D: usize>(counts: [usize; D], layout: impl Into<Layouts<D>>, smoothing: f64) -> (f64, f64) {
+    let lattice = BoxLattice::with_counts([0.0; D], [1.0; D], counts, layout).expect("a possible box");
+    let spacing = lattice.mean_spacing();
+    let mut particles = lattice.particles();
+    let part = |particles: &Particles<D>| {
+        let built = gradient(particles, spacing, smoothing, WeightChoice::Auto).expect("weights");
+        let report = &built.balance[0];
+        assert!(gradient_error(&built, particles) < EXACT);
+        if report.balanced { report.band as f64 / particles.positions.len() as f64 } else { f64::NAN }
+    };
+    let before = part(&particles);
+    stencil_volumes(&lattice, KernelChoice::CubicSpline, smoothing * spacing, &mut particles).expect("small shares");
+    (before, part(&particles))
+}
+
+#[test]
+fn volumes_that_suit_the_stencil_keep_the_change_at_the_boundary() {
+    for smoothing in [1.2, 1.5] {
+        let (all, some) = bands([40], Layout::Vertex, smoothing);
+        assert!(all == 1.0 && some == 0.4, "{all} {some}");
+        let (all, some) = bands([41, 40], Layout::Vertex, smoothing);
+        assert!(all == 1.0 && some < 0.76, "{all} {some}");
+        let (all, some) = bands([81, 80], Layout::Vertex, smoothing);
+        assert!(all == 1.0 && some < 0.44, "{all} {some}");
+    }
+    // Nine-point rows cannot be balanced with full cells, but with these; wider ones need no more than a band.
+    let (full, suited) = bands([41, 40], Layout::Cell, 1.0);
+    assert!(full.is_nan() && suited < 0.55, "{full} {suited}");
+    let (full, suited) = bands([41, 40], Layout::Cell, 1.2);
+    assert!(full == 1.0 && suited < 0.64, "{full} {suited}");
+    // Corners of mixed layouts need more than a band, but can be balanced too.
+    let (full, suited) = bands([41, 40], [Layout::Vertex, Layout::Cell], 1.0);
+    assert!(full.is_nan() && suited == 1.0, "{full} {suited}");
+}
+
+#[test]
+fn second_order_holds_with_volumes_that_suit_the_stencil() {
+    let errors = [10, 20, 40].map(|cells| suited_piston(1.2, cells));
+    for (error, measured) in errors.iter().zip([0.0342, 0.00861, 0.002163]) {
+        assert!((error / measured - 1.0).abs() < 0.02, "{errors:?}");
+    }
+    let orders = [order(errors[0], errors[1]), order(errors[1], errors[2])];
+    assert!(orders.iter().all(|order| *order > 1.9), "{errors:?} {orders:?}");
+}
+
 /// L2 error of the displacement after one period, relative to the amplitude.
 fn piston(weights: &str, smoothing: f64, cells: usize) -> f64 {
+    piston_with(weights, smoothing, cells, ("output.plots", "false".into()))
+}
+
+/// The same with inner particles moved by part of a spacing.
+fn shaken_piston(weights: &str, smoothing: f64, cells: usize, shake: f64) -> f64 {
+    piston_with(weights, smoothing, cells, ("body.0.perturb", format!("{{ amount = {shake} }}")))
+}
+
+/// The same with balanced weights and volumes that suit the stencil.
+fn suited_piston(smoothing: f64, cells: usize) -> f64 {
+    piston_with("balanced", smoothing, cells, ("body.0.volumes", "\"stencil\"".into()))
+}
+
+fn piston_with(weights: &str, smoothing: f64, cells: usize, more: (&str, String)) -> f64 {
     let period = 4.0 * 2.5 / (1e3_f64 / 1.4).sqrt();
     let overrides = [
         ("body.0.weights", format!("\"{weights}\"")),
         ("body.0.smoothing", smoothing.to_string()),
         ("body.0.spacing", (2.5 / cells as f64).to_string()),
+        more,
         // Fourth order at a third of the stable step: the error is that of space.
         ("time.scheme", "\"rk4\"".into()),
         ("time.step", (period / (16 * cells) as f64).to_string()),
@@ -263,6 +381,41 @@ fn the_elastic_piston_converges_with_second_order() {
             assert!(orders.iter().all(|order| *order < 0.8), "{what}: {orders:?}");
         }
     }
+}
+
+#[test]
+fn the_elastic_piston_converges_on_shaken_cells() {
+    let errors = [10, 20, 40].map(|cells| shaken_piston("balanced", 1.2, cells, 0.2));
+    for (error, measured) in errors.iter().zip([0.0376, 0.01133, 0.00365]) {
+        assert!((error / measured - 1.0).abs() < 0.02, "{errors:?}");
+    }
+    let orders = [order(errors[0], errors[1]), order(errors[1], errors[2])];
+    assert!(orders.iter().all(|order| *order > 1.5), "{errors:?} {orders:?}");
+    // The source's force does not converge there at all.
+    let loose = [10, 20].map(|cells| shaken_piston("separate", 1.2, cells, 0.2));
+    assert!(loose[1] > loose[0], "{loose:?}");
+}
+
+#[test]
+fn automatic_weights_are_balanced_where_that_is_possible_and_say_why_not() {
+    let lattice = lattice([12, 10], Layout::Vertex);
+    let mut particles = lattice.particles();
+    let build =
+        |particles: &Particles<2>, weights| gradient(particles, lattice.mean_spacing(), 1.2, weights).expect("weights");
+    let (auto, balanced) = (build(&particles, WeightChoice::Auto), build(&particles, WeightChoice::Balanced));
+    assert_eq!(auto.weights, balanced.weights);
+    let report = &auto.balance[0];
+    assert!(report.balanced && report.note.is_empty() && report.body == "body", "{report:?}");
+    assert!(report.missed > 0 && report.band == 120 && report.unknowns == 720 && report.iterations > 0, "{report:?}");
+    assert!(report.residual < EXACT && report.largest_change > 0.0 && report.largest_change < 0.5, "{report:?}");
+
+    let separate = build(&particles, WeightChoice::Separate);
+    assert!(separate.balance.is_empty());
+    particles.faces.clear();
+    let auto = build(&particles, WeightChoice::Auto);
+    assert_eq!(auto.weights, separate.weights);
+    let report = &auto.balance[0];
+    assert!(!report.balanced && report.note.contains("description of the boundary"), "{report:?}");
 }
 
 #[test]

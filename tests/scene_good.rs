@@ -168,7 +168,7 @@ fn every_key_reaches_the_set_up() {
     assert_eq!(column.material, expected);
     assert_eq!((block.particles.clone(), block.spacing), (15..21, 1.0));
     assert_eq!((block.kernel, block.smoothing), (KernelChoice::CubicSpline, 1.2));
-    assert_eq!((block.weights, block.cofactor), (WeightChoice::Separate, CofactorChoice::Geometric));
+    assert_eq!((block.weights, block.cofactor), (WeightChoice::Auto, CofactorChoice::Geometric));
     let Some(Volumetric::Linear(LinearVolumetric { density, bulk_modulus })) = block.material.volumetric else {
         panic!()
     };

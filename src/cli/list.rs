@@ -7,13 +7,14 @@ use super::DONE;
 use crate::scene::Scene;
 
 /// Choices by key, as in scene files.
-const CHOICES: [(&str, &str); 10] = [
+const CHOICES: [(&str, &str); 11] = [
+    ("body.shape", "box, mapped_box, ring"),
     (
         "body.material",
         "linear_volumetric, hyperelastic_volumetric, linear_elastic, st_venant_kirchhoff, neo_hookean, mooney_rivlin, nearly_incompressible",
     ),
     ("body.kernel", "cubic_spline, wendland_c2, quintic_spline"),
-    ("body.weights", "separate, single, balanced"),
+    ("body.weights", "auto, balanced, separate, single"),
     ("body.cofactor", "geometric, evolved"),
     ("time.scheme (explicit)", "forward_euler, tvd_rk2, tvd_rk3, rk4, rkc, velocity_verlet"),
     (

@@ -1,19 +1,23 @@
 //! The gradient operator: neighbour lists, weights `g_ab`, and nothing else.
 
+use std::time::Instant;
+
 use rayon::prelude::*;
 
-use super::{DiscretisationError, KernelCorrection, Neighbourhood, balance};
+use super::{BalanceReport, DiscretisationError, KernelCorrection, Neighbourhood, balance};
 use crate::kernel;
 use crate::setup::{Body, Particles, WeightChoice};
 use crate::tensor::{Tensor, Vector, outer};
 
 /// Gradient weights of all particles on their neighbour lists.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Gradient<const D: usize> {
     /// Who interacts with whom.
     pub neighbourhood: Neighbourhood,
     /// `g_ab` for every entry, 1/m.
     pub weights: Vec<Vector<D>>,
+    /// What balancing did, for every body that asked for it.
+    pub balance: Vec<BalanceReport>,
 }
 
 impl<const D: usize> Gradient<D> {
@@ -33,7 +37,7 @@ impl<const D: usize> Gradient<D> {
         for body in bodies {
             let kernel_volumes = match body.weights {
                 WeightChoice::Single => &particles.volumes,
-                WeightChoice::Separate | WeightChoice::Balanced => &particles.kernel_volumes,
+                WeightChoice::Separate | WeightChoice::Balanced | WeightChoice::Auto => &particles.kernel_volumes,
             };
             let correction = KernelCorrection {
                 kernel: body.kernel,
@@ -48,9 +52,23 @@ impl<const D: usize> Gradient<D> {
                 .collect::<Result<_, _>>()?;
             weights.extend(rows.into_iter().flatten());
         }
-        let mut gradient = Self { neighbourhood, weights };
-        for body in bodies.iter().filter(|body| body.weights == WeightChoice::Balanced) {
-            balance::balance(&mut gradient, body, particles)?;
+        let mut gradient = Self { neighbourhood, weights, balance: Vec::new() };
+        for body in bodies {
+            let limit = match body.weights {
+                WeightChoice::Single | WeightChoice::Separate => continue,
+                WeightChoice::Balanced => balance::Effort::Any,
+                WeightChoice::Auto => balance::Effort::Cheap,
+            };
+            let start = Instant::now();
+            let report = match balance::balance(&mut gradient, body, particles, limit) {
+                Ok(cost) => BalanceReport { seconds: start.elapsed().as_secs_f64(), ..cost },
+                Err(error) if body.weights == WeightChoice::Auto => {
+                    let seconds = start.elapsed().as_secs_f64();
+                    BalanceReport { seconds, note: error.to_string(), ..BalanceReport::untouched(body) }
+                }
+                Err(error) => return Err(error),
+            };
+            gradient.balance.push(report);
         }
         Ok(gradient)
     }

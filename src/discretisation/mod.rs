@@ -16,6 +16,7 @@ mod correction;
 mod gradient;
 mod neighbours;
 
+pub use balance::BalanceReport;
 pub use correction::{KernelCorrection, least_squares_weights};
 pub use gradient::{Gradient, plain_slope};
 pub use neighbours::Neighbourhood;

@@ -20,7 +20,7 @@ use crate::tensor::{Tensor, Vector, cofactor, determinant};
 
 /// Places and weight of Gauss's rule with two points on [0, 1]: exact for cubic polynomials, and the
 /// integrands here are of third degree in each direction at most.
-const GAUSS: [f64; 2] = [0.211_324_865_405_187_12, 0.788_675_134_594_812_9];
+const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 const GAUSS_WEIGHT: f64 = 0.5;
 /// Pieces of a face whose normals differ by less are one piece.
 const SAME_NORMAL: f64 = 1e-11;
@@ -104,7 +104,7 @@ impl<const D: usize> MappedLattice<D> {
             let ends = |code: usize| SVector::from_fn(|axis, _| (code >> axis & 1) as f64);
             let smallest =
                 (0..1 << D).map(|code| determinant(&slope(&corners, &ends(code)))).fold(f64::INFINITY, f64::min);
-            if !(smallest > 0.0) {
+            if smallest <= 0.0 || smallest.is_nan() {
                 let [low, high] = [cell, cell.map(|index| index + 1)].map(|index| self.lattice.corner(&index));
                 return Err(MapError::Folded { around: ((low + high) / 2.0).into() });
             }

@@ -2,7 +2,7 @@
 //!
 //! A first line of names and lines that begin with `#` are allowed. Without a volume every particle stands
 //! for `spacing^D`, which is also the weight of the kernel sums in any case. The order of the file is kept.
-//! Clouds carry no faces: nothing here knows where their boundary is.
+//! Clouds carry no faces: nothing here knows where their boundary is (see [`read_faces`](super::read_faces)).
 
 use std::collections::HashMap;
 

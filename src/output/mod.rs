@@ -45,7 +45,7 @@ pub use plot::{LinePlot, LineSeries, Style};
 pub use pvd::Series;
 pub use report::{REPORT_FILE, Report};
 pub use report_parts::{
-    EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps, WallSeconds,
+    BalanceWork, EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps, WallSeconds,
 };
 pub use table::Table;
 pub use vtu::{Frame, OutOfPlane, Precision, Tensor};

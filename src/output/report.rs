@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::report_parts::{
-    EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps, WallSeconds,
+    BalanceWork, EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps, WallSeconds,
     number_or_null,
 };
 use super::{OutputError, write_atomically};
@@ -36,6 +36,8 @@ pub struct Report {
     pub unknowns: usize,
     /// Time steps.
     pub steps: Steps,
+    /// Balancing of gradient weights, for every body that asked for it.
+    pub balance: Vec<BalanceWork>,
     /// Work of Newton's method.
     pub newton: NewtonWork,
     /// Work of the linear solver.
@@ -138,7 +140,7 @@ mod tests {
         let tree: Value = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
         let mut top = keys(&tree);
         top.sort_unstable();
-        let promised = "angular_momentum_drift energy errors explicit_step_limit linear linear_momentum_drift message \
+        let promised = "angular_momentum_drift balance energy errors explicit_step_limit linear linear_momentum_drift message \
                         newton particles probes provenance rate_evaluations status steps time_reached unknowns \
                         wall_seconds warnings";
         assert_eq!(top, promised.split_whitespace().collect::<Vec<_>>());

@@ -59,6 +59,35 @@ pub struct LinearWork {
     pub fill: usize,
 }
 
+/// What balancing the gradient weights of a body took.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BalanceWork {
+    /// Name of the body.
+    pub body: String,
+    /// Whether its weights are balanced.
+    pub balanced: bool,
+    /// Why not; empty if they are.
+    pub note: String,
+    /// Particles that missed a condition before.
+    pub missed: usize,
+    /// Particles that took part.
+    pub band: usize,
+    /// Unknowns of the equations, per direction.
+    pub unknowns: usize,
+    /// Iterations.
+    pub iterations: usize,
+    /// Largest residual of a condition, in units of a particle's face.
+    #[serde(deserialize_with = "number_or_null")]
+    pub residual: f64,
+    /// Largest change of a weight over the largest weight.
+    #[serde(deserialize_with = "number_or_null")]
+    pub largest_change: f64,
+    /// Wall-clock time in s.
+    #[serde(deserialize_with = "number_or_null")]
+    pub seconds: f64,
+}
+
 /// Wall-clock time in s by what it was spent on.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -112,6 +112,8 @@ fn example(name: &str) -> String {
         "lower" => "`lower = [0.0, 0.0]`, one number per direction",
         "upper" => "`upper = [1.0, 1.0]`, one number per direction",
         "map" => "`map = [\"X*(1 + Y)\", \"Y\"]`, one field of X, Y, Z per direction",
+        "centre" => "`centre = [0.0, 0.0]`, in the plane",
+        "outer" => "`outer = 1.0`, a radius in metres",
         "amount" => "`amount = 0.2`, in spacings",
         "file" => "`file = \"cloud.csv\"`",
         "spacing" => "`spacing = 0.1`, in metres",

@@ -9,9 +9,10 @@ use super::frames::{Frames, draw_particles};
 use super::ledger::Ledger;
 use super::probes::Gauge;
 use super::{Prepared, RunError, RunOptions, Times, comparison};
+use crate::discretisation::BalanceReport;
 use crate::output::{
-    EnergyBudget, HistoryColumns, LinearWork, NewtonWork, ProbeColumns, Provenance, Report, Status, Steps, Table,
-    WallSeconds, prepare_directory,
+    BalanceWork, EnergyBudget, HistoryColumns, LinearWork, NewtonWork, ProbeColumns, Provenance, Report, Status, Steps,
+    Table, WallSeconds, prepare_directory,
 };
 use crate::scene::Scene;
 
@@ -257,6 +258,7 @@ impl<const D: usize> Recorder<D> {
             particles: model.particles(),
             unknowns: prepared.unknowns(),
             steps: Steps { accepted: statistics.accepted, rejected: statistics.rejected.total() },
+            balance: model.gradient().balance.iter().map(balance_work).collect(),
             newton: NewtonWork {
                 solves: totals.solves,
                 failures: totals.failures,
@@ -303,5 +305,20 @@ impl<const D: usize> Recorder<D> {
             warnings: prepared.warnings.clone(),
             provenance: self.provenance.clone(),
         }
+    }
+}
+
+fn balance_work(report: &BalanceReport) -> BalanceWork {
+    BalanceWork {
+        body: report.body.clone(),
+        balanced: report.balanced,
+        note: report.note.clone(),
+        missed: report.missed,
+        band: report.band,
+        unknowns: report.unknowns,
+        iterations: report.iterations,
+        residual: report.residual,
+        largest_change: report.largest_change,
+        seconds: report.seconds,
     }
 }

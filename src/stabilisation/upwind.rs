@@ -104,7 +104,7 @@ impl<const D: usize> Upwind<D> {
         for body in bodies {
             let kernel_volumes = match body.weights {
                 WeightChoice::Single => &particles.volumes,
-                WeightChoice::Separate | WeightChoice::Balanced => &particles.kernel_volumes,
+                WeightChoice::Separate | WeightChoice::Balanced | WeightChoice::Auto => &particles.kernel_volumes,
             };
             for a in body.particles.clone() {
                 for entry in neighbourhood.row(a) {

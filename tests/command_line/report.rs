@@ -8,7 +8,7 @@ use super::{example, readable, run, table};
 const PROMISED: [(&str, &str); 7] = [
     (
         "",
-        "angular_momentum_drift energy errors explicit_step_limit linear linear_momentum_drift message newton \
+        "angular_momentum_drift balance energy errors explicit_step_limit linear linear_momentum_drift message newton \
          particles probes provenance rate_evaluations status steps time_reached unknowns wall_seconds warnings",
     ),
     ("steps", "accepted rejected"),

@@ -20,7 +20,9 @@
 //! Only a band of particles around those whose conditions are not met already takes part. If the change
 //! has died out at the inner rim of the band, the rest keeps its weights to the last bit: so it is on lattices
 //! with h = Δx. If it has not (h = 1.2 Δx: the stencil reaches past the next neighbour, and a band would
-//! need changes that grow with the number of particles), or if the band is too small, all take part.
+//! need changes that grow with the number of particles), or if the band is too small, all take part. What the
+//! wider stencil lacks is not weights but volumes that suit it ([`crate::geometry::stencil_volumes`]): with those a
+//! band is enough again.
 //!
 //! Rejected: freeing only the nearest pairs (infeasible in 2D beyond h = Δx); weighting the change by the
 //! kernel (moves the interior by 14 % instead of 5 % at h = 1.2 Δx); conjugate gradients (see `normal`).
@@ -58,17 +60,73 @@ const DIED_OUT: f64 = 0.25;
 /// Unknowns of the largest system that is factored, in one or two and in three dimensions: beyond that
 /// the factor would take some ten gigabytes.
 const LARGEST: [usize; 2] = [2_000_000, 400_000];
+/// The same for what is done unasked: some seconds.
+const CHEAP: [usize; 2] = [200_000, 40_000];
+
+/// How much work balancing may be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Effort {
+    /// What memory bears.
+    Any,
+    /// What does not delay a run.
+    Cheap,
+}
+
+impl Effort {
+    fn most_unknowns(self, dimension: usize) -> usize {
+        match self {
+            Self::Any => LARGEST[usize::from(dimension == 3)],
+            Self::Cheap => CHEAP[usize::from(dimension == 3)],
+        }
+    }
+}
+
+/// What balancing the weights of a body took.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BalanceReport {
+    /// Name of the body.
+    pub body: String,
+    /// Whether its weights are balanced.
+    pub balanced: bool,
+    /// Why not; empty if they are.
+    pub note: String,
+    /// Particles that missed a condition before.
+    pub missed: usize,
+    /// Particles that took part.
+    pub band: usize,
+    /// Unknowns of the equations, per direction.
+    pub unknowns: usize,
+    /// Iterations, those of a band that turned out too small included.
+    pub iterations: usize,
+    /// Largest residual of a condition, in units of a particle's face.
+    pub residual: f64,
+    /// Largest change of a weight over the largest weight.
+    pub largest_change: f64,
+    /// Wall-clock time, s.
+    pub seconds: f64,
+}
+
+impl BalanceReport {
+    /// A body that keeps its weights.
+    pub(super) fn untouched(body: &Body) -> Self {
+        Self { body: body.name.clone(), ..Self::default() }
+    }
+}
+
 /// Balances the weights of one body.
 ///
 /// # Errors
-/// If the body has no boundary description, its volumes and faces disagree, or its stencils are too small.
+/// If the body has no boundary description, its volumes and faces disagree, its stencils are too small, or it
+/// would take more work than allowed.
 pub(super) fn balance<const D: usize>(
     gradient: &mut Gradient<D>,
     body: &Body,
     particles: &Particles<D>,
-) -> Result<(), DiscretisationError> {
+    effort: Effort,
+) -> Result<BalanceReport, DiscretisationError> {
+    let mut report = BalanceReport { balanced: true, ..BalanceReport::untouched(body) };
     if body.particles.is_empty() {
-        return Ok(());
+        return Ok(report);
     }
     let constraints = Constraints::new(body, particles, &gradient.neighbourhood)?;
     let entries = entries(gradient, body);
@@ -79,27 +137,42 @@ pub(super) fn balance<const D: usize>(
             seed[entry] = gradient.weights[entries.start + entry] * volume(a);
         }
     }
-    let core: Vec<bool> = constraints.residuals(&seed).iter().map(|r| misses(r, constraints.tolerance())).collect();
-    if !core.contains(&true) {
-        return Ok(());
+    let residuals = constraints.residuals(&seed);
+    report.residual = worst(&residuals).1 / constraints.scale();
+    let core: Vec<bool> = residuals.iter().map(|r| misses(r, constraints.tolerance())).collect();
+    report.missed = count(&core);
+    if report.missed == 0 {
+        return Ok(report);
     }
     let inner = (1..RINGS).fold(core, |band, _| widened(&constraints, &band));
-    let band = widened(&constraints, &inner);
+    let mut band = widened(&constraints, &inner);
     let whole = !band.contains(&false);
-    let mut attempt = balanced(&constraints, &seed, &band);
+    let largest = effort.most_unknowns(D);
+    let mut attempt = balanced(&constraints, &seed, &band, largest, &mut report);
     if !whole && !attempt.as_ref().is_ok_and(|weights| has_died_out(&constraints, &seed, weights, &inner)) {
-        attempt = balanced(&constraints, &seed, &vec![true; band.len()]);
+        band.fill(true);
+        attempt = balanced(&constraints, &seed, &band, largest, &mut report);
     }
     let weights = attempt.map_err(|failure| failure.located(body, particles))?;
+    report.band = count(&band);
+    report.unknowns = report.band * 2 * (D + 1);
+    let (mut change, mut size) = (0.0_f64, 0.0_f64);
     for a in 0..constraints.count() {
         for entry in constraints.row(a) {
+            size = size.max(seed[entry].amax());
             // What did not change keeps its bits.
             if weights[entry] != seed[entry] {
+                change = change.max((weights[entry] - seed[entry]).amax());
                 gradient.weights[entries.start + entry] = weights[entry] / volume(a);
             }
         }
     }
-    Ok(())
+    report.largest_change = change / size;
+    Ok(report)
+}
+
+fn count(band: &[bool]) -> usize {
+    band.iter().filter(|inside| **inside).count()
 }
 
 /// Entries of the rows of a body.
@@ -171,8 +244,8 @@ impl Failure {
             Self::TooLarge { unknowns, largest } => DiscretisationError {
                 place: format!("body `{}`", body.name),
                 reason: format!("balancing its weights takes {unknowns} unknowns, more than {largest}"),
-                remedy: "use a lattice with smoothing = 1.0, where only particles near the boundary take part, or \
-                         weights = \"separate\""
+                remedy: "use a box with smoothing = 1.0 or volumes = \"stencil\", where only particles near the \
+                         boundary take part, or weights = \"separate\""
                     .into(),
             },
             Self::Solver(reason) => DiscretisationError {
@@ -189,9 +262,10 @@ fn balanced<const D: usize>(
     constraints: &Constraints<'_, D>,
     seed: &[Vector<D>],
     band: &[bool],
+    largest: usize,
+    report: &mut BalanceReport,
 ) -> Result<Vec<Vector<D>>, Failure> {
-    let unknowns = band.iter().filter(|inside| **inside).count() * 2 * (D + 1);
-    let largest = LARGEST[usize::from(D == 3)];
+    let unknowns = count(band) * 2 * (D + 1);
     if unknowns > largest {
         return Err(Failure::TooLarge { unknowns, largest });
     }
@@ -204,6 +278,7 @@ fn balanced<const D: usize>(
     let mut steps: VecDeque<Step<D>> = VecDeque::with_capacity(MEMORY);
     let (mut waited, mut milestone) = (0, best.1);
     for _ in 0..ITERATIONS {
+        report.iterations += 1;
         let multipliers = equations.solve(&residuals).map_err(solver)?;
         let mut step = Step::new(constraints, changes(constraints, band, &multipliers));
         steps.iter().for_each(|earlier| step.avoid(earlier));
@@ -226,6 +301,7 @@ fn balanced<const D: usize>(
         }
     }
     let (particle, residual) = best;
+    report.residual = residual / scale;
     if residual <= tolerance { Ok(weights) } else { Err(Failure::Infeasible { particle, residual: residual / scale }) }
 }
 

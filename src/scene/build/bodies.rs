@@ -7,7 +7,8 @@ use nalgebra::SVector;
 
 use super::shapes::{Plan, Shape, plan};
 use super::{material, name, stabilisation};
-use crate::scene::document::{BodyText, Document, Spanned};
+use crate::geometry::{BoxLattice, stencil_volumes};
+use crate::scene::document::{BodyText, Document, Spanned, VolumeText};
 use crate::scene::findings::{Findings, Span};
 use crate::setup::{Body, KernelChoice, Particles};
 
@@ -30,7 +31,7 @@ pub(super) struct Made<const D: usize> {
     pub upper: SVector<f64, D>,
     /// Whether it fills the region between the corners.
     pub is_box: bool,
-    /// Whether its boundary is known.
+    /// Whether its boundary has sides with names.
     pub has_faces: bool,
 }
 
@@ -104,9 +105,11 @@ pub(super) fn make<const D: usize>(
             continue;
         };
         let (is_box, spacing) = (shape.is_box(), shape.spacing());
-        let own = shape.particles();
+        let lattice = shape.lattice().cloned();
+        let mut own = shape.particles();
+        volumes(text, lattice, smoothing * spacing, &mut own, findings);
         let (lower, upper) = bounds(&own);
-        let has_faces = !own.faces.is_empty();
+        let has_faces = own.faces.iter().any(|face| face.side.is_some());
         let range = append(&mut particles, own);
         let body = Body {
             name: name.clone(),
@@ -122,6 +125,27 @@ pub(super) fn make<const D: usize>(
         made.push(Some(Made { body, lower, upper, is_box, has_faces }));
     }
     (Bodies { names, made }, particles)
+}
+
+/// Volumes other than those of the cells, if the body asks for them.
+fn volumes<const D: usize>(
+    text: &BodyText,
+    lattice: Option<BoxLattice<D>>,
+    smoothing_length: f64,
+    particles: &mut Particles<D>,
+    findings: &mut Findings<'_>,
+) {
+    let Some(wanted) = text.volumes.as_ref().filter(|wanted| *wanted.get_ref() == VolumeText::Stencil) else { return };
+    let Some(lattice) = lattice else {
+        let remedy = "remove it: only `shape.box` without `perturb` has a stencil that is the same everywhere";
+        findings.error(wanted.span(), "volumes cannot suit the stencil of this body", remedy);
+        return;
+    };
+    if let Err(share) = stencil_volumes(&lattice, text.kernel.into(), smoothing_length, particles) {
+        let message =
+            format!("the stencil asks for {share:.2} of a volume to be moved from the second row to the wall");
+        findings.error(wanted.span(), message, "give a smaller `smoothing`, or `volumes = \"cells\"`");
+    }
 }
 
 /// Place of the key that decides how many particles there are.

@@ -1,13 +1,16 @@
 //! The shapes of `[[body]]`, and lists of points.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::expression::Expression;
-use crate::geometry::{BoxLattice, LatticeError, Layout, MapError, MappedLattice, PointError, read_points};
+use crate::geometry::{
+    BoxLattice, LatticeError, Layout, MapError, MappedLattice, PointError, RingLattice, adapt_volumes, enclosed,
+    read_faces, read_points,
+};
 use crate::model::Noise;
 use crate::scene::checks::{padded, place};
 use crate::scene::document::{
-    BodyText, LayoutText, LayoutsText, MappedBoxText, PerturbText, PointsText, ShapeText, Spanned,
+    BodyText, LayoutText, LayoutsText, MappedBoxText, PerturbText, PointsText, RingText, ShapeText, Spanned, Text,
 };
 use crate::scene::errors::SceneError;
 use crate::scene::findings::{Findings, Span};
@@ -25,6 +28,8 @@ pub(super) enum Plan<const D: usize> {
     Lattice(BoxLattice<D>),
     /// A bent or perturbed lattice.
     Mapped(Mapping<D>),
+    /// Rings, with the amount of a perturbation in spacings, and its seed.
+    Ring(RingLattice, (f64, u64)),
     /// A list with its nominal spacing, m.
     Points(Particles<D>, f64),
 }
@@ -45,6 +50,8 @@ pub(super) enum Shape<const D: usize> {
     Lattice(BoxLattice<D>),
     /// A bent lattice, and whether it still fills its box.
     Mapped(MappedLattice<D>, bool),
+    /// Rings, with amount and seed of a perturbation.
+    Ring(RingLattice, (f64, u64)),
     /// A list with its nominal spacing, m.
     Points(Particles<D>, f64),
 }
@@ -55,6 +62,7 @@ impl<const D: usize> Plan<D> {
         match self {
             Self::Lattice(lattice) => lattice.approximate_count(),
             Self::Mapped(mapping) => mapping.lattice.approximate_count(),
+            Self::Ring(ring, _) => ring.approximate_count(),
             Self::Points(particles, _) => particles.positions.len() as f64,
         }
     }
@@ -64,6 +72,7 @@ impl<const D: usize> Plan<D> {
         match self {
             Self::Lattice(lattice) => Some(Shape::Lattice(lattice)),
             Self::Mapped(mapping) => mapping.bent(findings),
+            Self::Ring(ring, perturbation) => Some(Shape::Ring(ring, perturbation)),
             Self::Points(particles, spacing) => Some(Shape::Points(particles, spacing)),
         }
     }
@@ -104,11 +113,20 @@ impl<const D: usize> Shape<D> {
         matches!(self, Self::Lattice(_) | Self::Mapped(_, true))
     }
 
+    /// The lattice, if it is neither bent nor shaken.
+    pub fn lattice(&self) -> Option<&BoxLattice<D>> {
+        match self {
+            Self::Lattice(lattice) => Some(lattice),
+            _ => None,
+        }
+    }
+
     /// Distance of neighbouring particles, m: the edge of a cube with the volume of the average cell.
     pub fn spacing(&self) -> f64 {
         match self {
             Self::Lattice(lattice) => lattice.mean_spacing(),
             Self::Mapped(mapped, _) => mapped.mean_spacing(),
+            Self::Ring(ring, _) => ring.mean_spacing(),
             Self::Points(_, spacing) => *spacing,
         }
     }
@@ -118,6 +136,7 @@ impl<const D: usize> Shape<D> {
         match self {
             Self::Lattice(lattice) => lattice.spacings().into_iter().fold(0.0, f64::max) / lattice.mean_spacing(),
             Self::Mapped(mapped, _) => mapped.longest_edge() / mapped.mean_spacing(),
+            Self::Ring(ring, _) => ring.longest_edge() / ring.mean_spacing(),
             Self::Points(..) => 1.0,
         }
     }
@@ -127,6 +146,10 @@ impl<const D: usize> Shape<D> {
         match self {
             Self::Lattice(lattice) => lattice.particles(),
             Self::Mapped(mapped, _) => mapped.particles(),
+            Self::Ring(ring, (amount, seed)) => {
+                let mut noise = Noise::new(seed);
+                ring.particles(amount, || noise.next())
+            }
             Self::Points(particles, _) => particles,
         }
     }
@@ -144,6 +167,7 @@ pub(super) fn plan<const D: usize>(
             let (lower, upper, map) = match shape.get_ref() {
                 ShapeText::Box(text) => (&text.lower, &text.upper, None),
                 ShapeText::MappedBox(text) => (&text.lower, &text.upper, Some(text)),
+                ShapeText::Ring(ring) => return self::ring(body, shape.span(), ring, findings),
             };
             let map = map.map(|text| self::map(text, findings));
             let perturbation = text.perturb.as_ref().map(|text| perturbation(text, findings));
@@ -189,7 +213,7 @@ pub(super) fn plan<const D: usize>(
 /// The fields of a map.
 fn map<const D: usize>(text: &MappedBoxText, findings: &mut Findings<'_>) -> Option<[Expression; D]> {
     let map = findings.fields::<D>(&text.map, "map")?;
-    for (field, text) in map.iter().zip(text.map.get_ref()).filter(|(field, _)| field.depends_on_time()) {
+    if let Some((field, text)) = map.iter().zip(text.map.get_ref()).find(|(field, _)| field.depends_on_time()) {
         let message = format!("the map `{field}` depends on the time");
         findings.error(text.span(), message, "use X, Y, Z alone: it shapes the body before anything moves");
         return None;
@@ -202,6 +226,62 @@ fn perturbation(text: &Spanned<PerturbText>, findings: &mut Findings<'_>) -> Opt
     let wanted = format!("between 0 and {LARGEST_PERTURBATION} spacings");
     let holds = |amount: f64| (0.0..=LARGEST_PERTURBATION).contains(&amount);
     Some((findings.within(&text.amount, "amount", &wanted, holds)?, text.seed))
+}
+
+fn ring<const D: usize>(
+    body: &Spanned<BodyText>,
+    span: Span,
+    ring: &RingText,
+    findings: &mut Findings<'_>,
+) -> Option<Plan<D>> {
+    let text = body.get_ref();
+    let before = findings.count();
+    if D == 1 {
+        findings.error(span.clone(), "a ring needs two dimensions", "use `shape.box`, or `dimension = 2`");
+    }
+    let surplus = [
+        (text.counts.as_ref().map(Spanned::span), "counts", "give `spacing`: the rings have as many as fit"),
+        (text.layout.as_ref().map(Spanned::span), "layout", "remove it: the outer rings lie on the boundary"),
+    ];
+    for (given, key, remedy) in surplus {
+        if let Some(given) = given {
+            findings.error(given, format!("`{key}` belongs to boxes, not to rings"), remedy);
+        }
+    }
+    let centre = findings.vector::<2>(&ring.centre, "centre");
+    let inner = ring.inner.as_ref().map_or(Some(0.0), |inner| findings.not_negative(inner, "inner"));
+    let outer = findings.positive(&ring.outer, "outer");
+    let height = match (&ring.height, D == 3) {
+        (Some(height), true) => findings.vector::<2>(height, "height").map(|height| Some(height.into())),
+        (None, false) => Some(None),
+        (Some(height), false) => {
+            findings.error(height.span(), format!("a {D}-dimensional ring has no height"), "remove it");
+            None
+        }
+        (None, true) => {
+            findings.error(span.clone(), "the ring has no height", "add `height = [0, 1]`, its ends along z");
+            None
+        }
+    };
+    let perturbation = text.perturb.as_ref().map_or(Some((0.0, 0)), |text| perturbation(text, findings));
+    let spacing = match &text.spacing {
+        Some(spacing) => findings.positive(spacing, "spacing"),
+        None => {
+            findings.error(body.span(), "the body has no `spacing`", "add `spacing = 0.1`, in metres");
+            None
+        }
+    };
+    if findings.count() > before {
+        return None;
+    }
+    match RingLattice::new(centre?.into(), [inner?, outer?], height?, spacing?) {
+        Ok(lattice) => Some(Plan::Ring(lattice, perturbation?)),
+        Err(error) => {
+            let remedy = "make `outer` larger than `inner`, the end above the start, and the spacing smaller than both";
+            findings.error(span, error.to_string(), remedy);
+            None
+        }
+    }
 }
 
 /// Layout of every direction.
@@ -291,27 +371,53 @@ fn lattice<const D: usize>(
 
 fn points<const D: usize>(text: &PointsText, base: &Path, findings: &mut Findings<'_>) -> Option<Plan<D>> {
     let spacing = findings.positive(&text.spacing, "spacing");
-    let path = base.join(text.file.get_ref());
-    let content = match std::fs::read(&path).map(String::from_utf8) {
-        Ok(Ok(content)) => content,
-        Ok(Err(_)) => {
-            let message = format!("{} is not UTF-8 text", path.display());
-            findings.error(text.file.span(), message, "give a file of numbers separated by commas");
-            return None;
-        }
-        Err(error) => {
-            let message = format!("{} cannot be read: {error}", path.display());
-            findings.error(text.file.span(), message, "paths are sought from the folder of the scene file");
+    let list = content(&text.file, base, findings);
+    let faces = text.faces.as_ref().map(|faces| content(faces, base, findings));
+    let (spacing, (path, list)) = (spacing?, list?);
+    let mut particles = match read_points::<D>(&list, spacing) {
+        Ok(particles) => particles,
+        Err(errors) => {
+            for error in errors {
+                findings.elsewhere(text.file.span(), in_file(&path, &list, error));
+            }
             return None;
         }
     };
-    let spacing = spacing?;
-    match read_points::<D>(&content, spacing) {
-        Ok(particles) => Some(Plan::Points(particles, spacing)),
-        Err(errors) => {
-            for error in errors {
-                findings.elsewhere(text.file.span(), in_file(&path, &content, error));
+    if let (Some(key), Some(found)) = (&text.faces, faces) {
+        let (path, list) = found?;
+        match read_faces(&list, &particles, spacing) {
+            Ok(faces) => particles.faces = faces,
+            Err(errors) => {
+                for error in errors {
+                    findings.elsewhere(key.span(), in_file(&path, &list, error));
+                }
+                return None;
             }
+        }
+        let (volume, moment) = enclosed(&particles);
+        if volume <= 0.0 || volume.is_nan() {
+            let message = format!("the faces enclose a volume of {volume}");
+            findings.error(key.span(), message, "give every piece of the boundary its outward normal");
+            return None;
+        }
+        adapt_volumes(&mut particles, volume, &moment);
+    }
+    Some(Plan::Points(particles, spacing))
+}
+
+/// Text of a file beside the scene.
+fn content(file: &Text, base: &Path, findings: &mut Findings<'_>) -> Option<(PathBuf, String)> {
+    let path = base.join(file.get_ref());
+    match std::fs::read(&path).map(String::from_utf8) {
+        Ok(Ok(content)) => Some((path, content)),
+        Ok(Err(_)) => {
+            let message = format!("{} is not UTF-8 text", path.display());
+            findings.error(file.span(), message, "give a file of numbers separated by commas");
+            None
+        }
+        Err(error) => {
+            let message = format!("{} cannot be read: {error}", path.display());
+            findings.error(file.span(), message, "paths are sought from the folder of the scene file");
             None
         }
     }

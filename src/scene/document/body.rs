@@ -25,6 +25,7 @@ pub(in crate::scene) struct BodyText {
     pub smoothing: Option<Number>,
     #[serde(default)]
     pub weights: WeightText,
+    pub volumes: Option<Spanned<VolumeText>>,
     #[serde(default)]
     pub cofactor: CofactorText,
     pub hourglass: Option<Spanned<HourglassText>>,
@@ -36,6 +37,16 @@ pub(in crate::scene) struct BodyText {
 pub(in crate::scene) enum ShapeText {
     Box(BoxText),
     MappedBox(MappedBoxText),
+    Ring(RingText),
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a ring, such as `{ centre = [0, 0], inner = 0.5, outer = 1 }`")]
+pub(in crate::scene) struct RingText {
+    pub centre: Vector,
+    pub inner: Option<Number>,
+    pub outer: Number,
+    pub height: Option<Vector>,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -73,6 +84,7 @@ fn first_seed() -> u64 {
 pub(in crate::scene) struct PointsText {
     pub file: Text,
     pub spacing: Number,
+    pub faces: Option<Text>,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
@@ -147,13 +159,21 @@ impl From<KernelText> for KernelChoice {
     }
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::scene) enum VolumeText {
+    Cells,
+    Stencil,
+}
+
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(in crate::scene) enum WeightText {
     #[default]
+    Auto,
+    Balanced,
     Separate,
     Single,
-    Balanced,
 }
 
 impl From<WeightText> for WeightChoice {
@@ -162,6 +182,7 @@ impl From<WeightText> for WeightChoice {
             WeightText::Separate => Self::Separate,
             WeightText::Single => Self::Single,
             WeightText::Balanced => Self::Balanced,
+            WeightText::Auto => Self::Auto,
         }
     }
 }

@@ -13,7 +13,7 @@ use serde::Deserialize;
 pub(in crate::scene) use toml::Spanned;
 
 pub(in crate::scene) use body::{
-    BodyText, BoxText, LayoutText, LayoutsText, MappedBoxText, PerturbText, PointsText, ShapeText,
+    BodyText, BoxText, LayoutText, LayoutsText, MappedBoxText, PerturbText, PointsText, RingText, ShapeText, VolumeText,
 };
 pub(in crate::scene) use conditions::{
     AxisName, BoundaryText, ExactText, HydrostaticText, InitialText, ProbeMode, ProbeText, SelectText, TractionText,
