@@ -24,12 +24,12 @@ fn prepared(more: &str) -> Prepared<1> {
 fn the_scheme_decides_on_the_defaults_of_newton() {
     let tolerances = |more: &str| {
         let newton = scene(more).newton;
-        (newton.relative_tolerance, newton.scale_tolerance)
+        (newton.relative_tolerance, newton.scale_tolerance, newton.final_corrections)
     };
-    assert_eq!(tolerances(""), (1e-8, 1e-12));
-    assert_eq!(tolerances("scheme = \"energy_momentum\""), (1e-12, 1e-15));
-    let own = "scheme = \"energy_momentum\"\n[newton]\nrelative_tolerance = 1e-6\nscale_tolerance = 1e-9";
-    assert_eq!(tolerances(own), (1e-6, 1e-9));
+    assert_eq!(tolerances(""), (1e-8, 1e-12, 0));
+    assert_eq!(tolerances("scheme = \"energy_momentum\""), (1e-12, 1e-15, 2));
+    let own = "scheme = \"energy_momentum\"\n[newton]\nrelative_tolerance = 1e-6\nscale_tolerance = 1e-9\nfinal_corrections = 0";
+    assert_eq!(tolerances(own), (1e-6, 1e-9, 0));
 }
 
 #[test]

@@ -67,6 +67,35 @@ fn newton_converges_quadratically() {
     }
 }
 
+/// Corrections after convergence reuse the last factor, count as iterations, and end where rounding does.
+#[test]
+fn final_corrections_go_beyond_convergence_without_a_factorisation() {
+    let report = |final_corrections: usize| {
+        let options = NewtonOptions { relative_tolerance: 1e-3, final_corrections, ..Default::default() };
+        solve(&mut solver(options), &mut chain(0.3, 0.5), &mut [0.0; 6])
+    };
+    let plain = report(0);
+    let residual = |report: &NewtonReport| report.history.last().expect("a history").residual;
+    let mut before = residual(&plain);
+    for count in 1..4 {
+        let corrected = report(count);
+        assert_eq!(corrected.iterations, plain.iterations + count);
+        assert_eq!(corrected.work.linearisations, plain.work.linearisations);
+        assert_eq!(corrected.convergence, plain.convergence);
+        // Linear convergence: the factor is that of the last iteration.
+        assert!(residual(&corrected) < 0.1 * before, "{} after {before}", residual(&corrected));
+        before = residual(&corrected);
+    }
+    // No further than rounding, whatever is allowed.
+    let most = report(1000);
+    assert!(most.iterations < plain.iterations + 30 && residual(&most) < 1e-14, "{most:?}");
+    // A start that is exact, and a linear problem, need none.
+    let options = NewtonOptions { final_corrections: 5, ..Default::default() };
+    assert_eq!(solve(&mut solver(options.clone()), &mut linear(1.0), &mut [0.0; 3]).iterations, 1);
+    let mut exact = [1.0];
+    assert_eq!(solve(&mut solver(options), &mut logarithm(), &mut exact).iterations, 0);
+}
+
 #[test]
 fn a_linear_problem_takes_one_iteration_and_one_factorisation_for_ever() {
     for (tangent, globalisation) in [
