@@ -188,6 +188,43 @@ impl<const D: usize> Model<D> {
         self.volume_ratios(state).iter().enumerate().map(of).collect()
     }
 
+    /// Whether any body resists shear.
+    pub fn has_solids(&self) -> bool {
+        self.materials.iter().any(|(law, _)| law.solid.is_some())
+    }
+
+    /// Cauchy stress of a particle with its part across the directions left out, Pa, without viscosity.
+    pub fn cauchy_stress(&self, state: &[f64], a: usize) -> Tensor<3> {
+        let material = self.material(a);
+        let mut stress = Tensor::<3>::identity() * -material.pressure(self.volume_ratios(state)[a]);
+        let Some(solid) = material.solid else { return stress };
+        let f = self.deformation(state, a);
+        let (ratio, pressure) = solid.pressure(&f);
+        let Some(piola) = solid.stress(&f) else { return Tensor::from_element(f64::NAN) };
+        let inside = piola * f.transpose() / ratio;
+        let across = if D < 3 { (-3.0 * pressure - inside.trace()) / (3 - D) as f64 } else { 0.0 };
+        for i in 0..3 {
+            for j in 0..3 {
+                if i < D && j < D {
+                    stress[(i, j)] += inside[(i, j)];
+                } else if i == j {
+                    stress[(i, j)] += across;
+                }
+            }
+        }
+        stress
+    }
+
+    /// Von Mises stress of every particle, Pa.
+    pub fn von_mises_stresses(&self, state: &[f64]) -> Vec<f64> {
+        let of = |a: usize| {
+            let stress = self.cauchy_stress(state, a);
+            let deviator = stress - Tensor::<3>::identity() * (stress.trace() / 3.0);
+            (1.5 * deviator.norm_squared()).sqrt()
+        };
+        (0..self.particles()).map(of).collect()
+    }
+
     /// Deformation gradient of a particle.
     pub fn deformation(&self, state: &[f64], a: usize) -> Tensor<D> {
         Tensor::identity() + self.gradient.of(a, self.displacements(state))

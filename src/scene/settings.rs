@@ -237,10 +237,21 @@ pub enum OutputField {
     Displacement,
     /// F.
     DeformationGradient,
+    /// Cauchy stress with its part across the plane, Pa, without viscosity; left out where there is no solid.
+    Stress,
+    /// √(3/2 s:s) of its deviator s, Pa; left out where there is no solid.
+    VonMises,
 }
 
 impl OutputField {
     /// All of them.
-    pub const ALL: [Self; 5] =
-        [Self::Pressure, Self::Jacobian, Self::Velocity, Self::Displacement, Self::DeformationGradient];
+    pub const ALL: [Self; 7] = [
+        Self::Pressure,
+        Self::Jacobian,
+        Self::Velocity,
+        Self::Displacement,
+        Self::DeformationGradient,
+        Self::Stress,
+        Self::VonMises,
+    ];
 }

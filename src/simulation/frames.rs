@@ -62,6 +62,15 @@ impl Frames {
         } else {
             Vec::new()
         };
+        let solids = model.has_solids();
+        let wanted = |field: OutputField| solids && self.fields.contains(&field);
+        let stresses: Vec<f64> = if wanted(OutputField::Stress) {
+            // Symmetric: rows are columns.
+            (0..model.particles()).flat_map(|a| model.cauchy_stress(state, a).as_slice().to_vec()).collect()
+        } else {
+            Vec::new()
+        };
+        let von_mises = if wanted(OutputField::VonMises) { model.von_mises_stresses(state) } else { Vec::new() };
         let mut frame = Frame {
             time,
             dim: D,
@@ -84,6 +93,13 @@ impl Frames {
                     values: Cow::Borrowed(&gradients[..]),
                     out_of_plane: OutOfPlane::Identity,
                 }),
+                OutputField::Stress if solids => frame.tensors.push(Tensor {
+                    name: "stress",
+                    values: Cow::Borrowed(&stresses[..]),
+                    out_of_plane: OutOfPlane::Given,
+                }),
+                OutputField::VonMises if solids => frame.scalars.push(("von_mises", Cow::Borrowed(&von_mises[..]))),
+                OutputField::Stress | OutputField::VonMises => {}
             }
         }
         let name = format!("{PREFIX}{:05}{SUFFIX}", self.series.frames());
@@ -93,7 +109,7 @@ impl Frames {
     }
 }
 
-/// Draws the particles coloured by pressure.
+/// Draws the particles coloured by pressure, or by von Mises stress where there are solids.
 ///
 /// # Errors
 /// If the disk refuses.
@@ -104,14 +120,18 @@ pub fn draw_particles<const D: usize>(
     path_without_extension: &Path,
 ) -> Result<[PathBuf; 2], OutputError> {
     let positions = current_positions(model, state);
-    let values = model.pressures(state);
+    let (values, label) = if model.has_solids() {
+        (model.von_mises_stresses(state), "von Mises stress [Pa]")
+    } else {
+        (model.pressures(state), "pressure [Pa]")
+    };
     ParticlePlot {
         title: &model.setup().title,
         time,
         dim: D,
         positions: &positions,
         values: &values,
-        label: "pressure [Pa]",
+        label,
         spacing: model.setup().bodies.first().map_or(1.0, |body| body.spacing),
         colours: ColourMap::default(),
     }
