@@ -139,7 +139,9 @@ pub(super) fn balance<const D: usize>(
     }
     let residuals = constraints.residuals(&seed);
     report.residual = worst(&residuals).1 / constraints.scale();
-    let core: Vec<bool> = residuals.iter().map(|r| misses(r, constraints.tolerance())).collect();
+    // A sweep over all particles: once, not once for each of them.
+    let tolerance = constraints.tolerance();
+    let core: Vec<bool> = residuals.iter().map(|r| misses(r, tolerance)).collect();
     report.missed = count(&core);
     if report.missed == 0 {
         return Ok(report);
