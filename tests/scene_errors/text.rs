@@ -23,7 +23,7 @@ fn toml_names_and_types() {
         ("scheme = \"crank_nicolson\"", "scheme = ▶\"crank_nicholson\"", "`crank_nicholson`", "`crank_nicolson`?"),
         ("face = \"upper_x\"", "face = ▶\"upperx\"", "`upperx` is not", "did you mean `upper_x`?"),
         ("fix = [\"x\"]", "fix = [▶\"horizontal\"]", "not one of the choices", "x, y, z"),
-        ("material.linear_volumetric", "material.▶neo_hookean", "`neo_hookean`", "linear_volumetric, hyper"),
+        ("material.linear_volumetric", "material.▶jelly", "`jelly`", "linear_volumetric, hyper"),
         ("volumetric = { density = 1000.0, gamma", "volumetric = ▶{ gamma", "`density` is missing", "kg/m³"),
         (
             "select.where = \"Y > 2.4\"",

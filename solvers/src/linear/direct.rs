@@ -11,9 +11,6 @@ use super::iteration::{ApproximateInverse, Limits, check_vectors, misses, residu
 use super::{LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, Tangent};
 use crate::vector::{axpy, first_not_finite, max_norm, norm};
 
-/// Largest relative residual that is accepted because rounding forbids a smaller one: Newton's method still gains four
-/// digits from it.
-const WORST_OF_ROUNDING: f64 = 1e-4;
 /// Refinement goes on while each step shrinks the residual to this fraction.
 const CONTRACTION: f64 = 0.25;
 /// Steps of plain refinement.
@@ -128,10 +125,7 @@ impl LinearSolver for Direct {
             }
         }
         self.counts.iterations += iterations;
-        // Of a matrix of condition κ no arithmetic gets a relative residual below ε κ. Such a solution is as good as
-        // the matrix is known, and says in its report how good.
-        let best = || relative <= WORST_OF_ROUNDING && self.at_rounding(x, b);
-        if first_not_finite(x).is_none() && (relative <= tolerance || best()) {
+        if relative <= tolerance && first_not_finite(x).is_none() {
             Ok(LinearReport { iterations, relative_residual: relative })
         } else {
             Err(LinearError::Inaccurate { relative_residual: relative })

@@ -179,7 +179,7 @@ pub enum LinearError {
         /// The negative curvature or pivot.
         value: f64,
     },
-    /// A direct solve whose residual stays too large after refinement.
+    /// A direct solve whose residual stays too large after refinement; the solution vector holds the best one found.
     #[error("direct solve is inaccurate: relative residual {relative_residual:e}")]
     Inaccurate {
         /// Residual reached.
@@ -240,7 +240,7 @@ pub trait LinearSolver: Send {
     /// preconditioner for the present operator). `x` holds nothing on entry.
     ///
     /// # Errors
-    /// [`LinearError`]; `x` is then unspecified but never to be used.
+    /// [`LinearError`]; `x` is then unspecified and not to be used, except after [`LinearError::Inaccurate`].
     fn solve(
         &mut self,
         tangent: &dyn Tangent,

@@ -172,14 +172,16 @@ fn possible<const D: usize>(context: &mut Context<'_, '_, D>, pressure: &[f64], 
         for particle in made.body.particles.clone() {
             let p = pressure[particle];
             let (fits, limit) = match made.body.material.volumetric {
-                Some(Volumetric::Linear(law)) => (p < law.bulk_modulus, format!("below {}", law.bulk_modulus)),
-                Some(Volumetric::Hyperelastic(law)) => (p > -law.bulk_modulus, format!("above {}", -law.bulk_modulus)),
+                Some(Volumetric::Linear(law)) => (p < law.bulk_modulus, format!("below {} Pa", law.bulk_modulus)),
+                Some(Volumetric::Hyperelastic(law)) => {
+                    (p > -law.bulk_modulus, format!("above {} Pa", -law.bulk_modulus))
+                }
                 None => (p == 0.0, "zero (its law has no pressure of its own)".into()),
             };
             if !fits {
                 let position = place(&context.particles.positions[particle]);
                 let message = format!(
-                    "the initial pressure {p} Pa at {position} is impossible: in body '{}' it must be {limit} Pa",
+                    "the initial pressure {p} Pa at {position} is impossible: in body '{}' it must be {limit}",
                     made.body.name
                 );
                 context.findings.error(span, message, "give a smaller pressure or a stiffer material");
