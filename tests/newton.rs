@@ -85,6 +85,7 @@ fn every_nonlinear_term_keeps_newton_quadratic() {
         ("D_p", &[("stabilisation.tau_p", "0.2")]),
         ("full system", &[("newton.unknowns", "full")]),
         ("reconstructed", &[("stabilisation.interface", "reconstructed")]),
+        ("limited", &[("stabilisation.interface", "limited")]),
     ] {
         assert_quadratic(name, &histories(overrides, 0.3));
     }

@@ -20,7 +20,8 @@
 
 use crate::discretisation::{DiscretisationError, Gradient, least_squares_weights, plain_slope};
 use crate::material::Material;
-use crate::setup::{Body, Particles, Stabilisation, WeightChoice};
+use super::limiter::{limited, limiter};
+use crate::setup::{Body, InterfaceChoice, Particles, Stabilisation, WeightChoice};
 use crate::tensor::{Tensor, Vector, outer};
 
 /// Pair tables of the stabilisation: one entry per ordered pair of the neighbour list.
@@ -41,6 +42,24 @@ pub struct Upwind<const D: usize> {
     positions: Vec<Vector<D>>,
 }
 
+/// Velocities at the interface of a pair.
+#[derive(Debug, Clone, Copy)]
+pub struct Jump<const D: usize> {
+    /// `v_b − v_a`, m/s.
+    pub difference: Vector<D>,
+    /// What reconstruction adds, `−½(𝒢_a + 𝒢_b)(X_b − X_a)`; zero for constant states.
+    pub increment: Vector<D>,
+}
+
+/// Pressures at the interface of a pair; owner first, then the other.
+#[derive(Debug, Clone, Copy)]
+pub struct PressureStates {
+    /// Those of the particles, Pa.
+    pub particle: [f64; 2],
+    /// What reconstruction adds, `±½ 𝒢·(X_b − X_a)`; zero for constant states.
+    pub increment: [f64; 2],
+}
+
 /// What D_v does to one pair: the force on the owner and its derivatives.
 #[derive(Debug, Clone, Copy)]
 pub struct VelocityPair<const D: usize> {
@@ -48,8 +67,10 @@ pub struct VelocityPair<const D: usize> {
     pub force: Vector<D>,
     /// Derivative with respect to the pair's wave speed.
     pub by_speed: Vector<D>,
-    /// Derivative with respect to the velocity jump.
-    pub by_jump: Tensor<D>,
+    /// Derivative with respect to [`Jump::difference`].
+    pub by_difference: Tensor<D>,
+    /// Derivative with respect to [`Jump::increment`].
+    pub by_increment: Tensor<D>,
     /// Derivative with respect to the relative displacement `u_b − u_a` (through n).
     pub by_separation: Tensor<D>,
 }
@@ -61,8 +82,10 @@ pub struct PressurePair<const D: usize> {
     pub rate: f64,
     /// Derivative with respect to the pair's wave speed.
     pub by_speed: f64,
-    /// Derivatives with respect to the interface pressures on the owner's and on the other side.
+    /// Derivatives with respect to [`PressureStates::particle`].
     pub by_pressure: [f64; 2],
+    /// Derivatives with respect to [`PressureStates::increment`].
+    pub by_increment: [f64; 2],
     /// Derivatives with respect to the cofactors of the owner and of the other.
     pub by_cofactor: [Tensor<D>; 2],
     /// Derivative with respect to the relative displacement `u_b − u_a` (through n).
@@ -100,7 +123,7 @@ impl<const D: usize> Upwind<D> {
         let pairs = neighbourhood.pairs();
         let mut velocity_strength = Vec::with_capacity(if with_velocity { pairs } else { 0 });
         let mut half_gradients = Vec::with_capacity(if with_pressure { pairs } else { 0 });
-        let mut reconstruction = Vec::with_capacity(if options.reconstructed { pairs } else { 0 });
+        let mut reconstruction = Vec::with_capacity(if options.interface.reconstructs() { pairs } else { 0 });
         for body in bodies {
             let kernel_volumes = match body.weights {
                 WeightChoice::Single => &particles.volumes,
@@ -136,7 +159,7 @@ impl<const D: usize> Upwind<D> {
                         half_gradients.push(own * 0.5);
                     }
                 }
-                if options.reconstructed {
+                if options.interface.reconstructs() {
                     reconstruction.extend(least_squares_weights(a, positions, neighbourhood)?);
                 }
             }
@@ -195,27 +218,62 @@ impl<const D: usize> Upwind<D> {
         Separation { direction: d / distance, distance }
     }
 
-    /// D_v of an entry (a, b), given the pair's wave speed and velocity jump `v⁺ − v⁻`.
+    /// D_v of an entry (a, b), given the pair's wave speed and its velocities.
     pub fn velocity_pair(
         &self,
         entry: usize,
         (a, b): (usize, usize),
         displacement: &[f64],
         speed: f64,
-        jump: &Vector<D>,
+        jump: &Jump<D>,
     ) -> VelocityPair<D> {
         let strength = self.velocity_strength[entry];
         let pair = self.separation(a, b, displacement);
         let n = pair.direction;
-        let normal_jump = n.dot(jump);
-        // With r = c_s/c: f = β c [(1 − r) n (n·Δ) + r Δ];  ∂f/∂n = β c (1 − r) [(n·Δ) I + n⊗Δ], then ∂n/∂(u_b − u_a).
         let shear = self.shear_ratio(a);
-        let by_speed = (n * ((1.0 - shear) * normal_jump) + jump * shear) * strength;
-        let by_jump = (outer(&n, &n) * (1.0 - shear) + Tensor::identity() * shear) * (strength * speed);
-        let factor = strength * speed * (1.0 - shear);
-        let projector = (Tensor::identity() - outer(&n, &n)) / pair.distance;
-        let by_separation = projector * (factor * normal_jump) + outer(&n, &pair.pull_back(jump)) * factor;
-        VelocityPair { force: by_speed * speed, by_speed, by_jump, by_separation }
+        // With r = c_s/c, K = (1 − r) n⊗n + r I: f = β c K Δ, and ∂(K Δ)/∂n = (1 − r) [(n·Δ) I + n⊗Δ].
+        let full = outer(&n, &n) * (1.0 - shear) + Tensor::identity() * shear;
+        let turn = |delta: &Vector<D>| {
+            let projector = (Tensor::identity() - outer(&n, &n)) / pair.distance;
+            (projector * n.dot(delta) + outer(&n, &pair.pull_back(delta))) * (1.0 - shear)
+        };
+        let reconstructed = jump.difference + jump.increment;
+        if self.options.interface != InterfaceChoice::Limited {
+            let by_speed = full * reconstructed * strength;
+            let by_jump = full * (strength * speed);
+            let by_separation = turn(&reconstructed) * (strength * speed);
+            return VelocityPair {
+                force: by_speed * speed,
+                by_speed,
+                by_difference: by_jump,
+                by_increment: by_jump,
+                by_separation,
+            };
+        }
+        // f = β c ψ(B/A) K Δ with A = Δ·KΔ and B = Δ·KΔ_r.
+        let delta = &jump.difference;
+        let (q, w) = (full * delta, full * reconstructed);
+        let (size, along) = (delta.dot(&q), reconstructed.dot(&q));
+        let (factor, slope) = limiter(along, size);
+        let mut by_difference = full * factor;
+        let mut by_increment = Tensor::zeros();
+        let mut by_separation = turn(delta) * factor;
+        if slope != 0.0 {
+            let ratio = along / size;
+            by_increment = outer(&q, &q) * (slope / size);
+            by_difference += by_increment + outer(&q, &(w - q * (2.0 * ratio))) * (slope / size);
+            let (normal, other) = (n.dot(delta), n.dot(&reconstructed));
+            let by_normal = (delta * (other - 2.0 * ratio * normal) + reconstructed * normal) * (1.0 - shear);
+            by_separation += outer(&q, &pair.pull_back(&by_normal)) * (slope / size);
+        }
+        let scale = strength * speed;
+        VelocityPair {
+            force: q * (factor * scale),
+            by_speed: q * (factor * strength),
+            by_difference: by_difference * scale,
+            by_increment: by_increment * scale,
+            by_separation: by_separation * scale,
+        }
     }
 
     /// The force of [`velocity_pair`](Self::velocity_pair) alone.
@@ -225,15 +283,23 @@ impl<const D: usize> Upwind<D> {
         (a, b): (usize, usize),
         displacement: &[f64],
         speed: f64,
-        jump: &Vector<D>,
+        jump: &Jump<D>,
     ) -> Vector<D> {
         let n = self.separation(a, b, displacement).direction;
-        let factor = self.velocity_strength[entry] * speed;
-        if self.shear_ratio.is_empty() {
-            return n * (factor * n.dot(jump));
+        let strength = self.velocity_strength[entry] * speed;
+        let along = |delta: &Vector<D>| {
+            if self.shear_ratio.is_empty() {
+                return n * n.dot(delta);
+            }
+            let shear = self.shear_ratio(a);
+            n * ((1.0 - shear) * n.dot(delta)) + delta * shear
+        };
+        let reconstructed = jump.difference + jump.increment;
+        if self.options.interface != InterfaceChoice::Limited {
+            return along(&reconstructed) * strength;
         }
-        let shear = self.shear_ratio(a);
-        (n * ((1.0 - shear) * n.dot(jump)) + jump * shear) * factor
+        let q = along(&jump.difference);
+        q * (strength * limiter(reconstructed.dot(&q), jump.difference.dot(&q)).0)
     }
 
     /// `c_s/c` at rest; both particles of a pair belong to one body.
@@ -242,14 +308,14 @@ impl<const D: usize> Upwind<D> {
     }
 
     /// D_p of an entry (a, b) whose partner entry is `twin`, given the pair's wave speed, the
-    /// interface pressures (owner's side, other side) and the two cofactors.
+    /// pressures and the two cofactors.
     pub fn pressure_pair(
         &self,
         (entry, twin): (usize, usize),
         (a, b): (usize, usize),
         displacement: &[f64],
         speed: f64,
-        pressure: [f64; 2],
+        states: &PressureStates,
         cofactor: [&Tensor<D>; 2],
     ) -> PressurePair<D> {
         let pair = self.separation(a, b, displacement);
@@ -261,17 +327,18 @@ impl<const D: usize> Upwind<D> {
 
         // First bracket A = n·s with s = (P⁺ − P⁻)N, second bracket B = n·q.
         let q = cofactor[0] * own - cofactor[1] * other;
+        let (pressure, slopes) = self.interface_pressures(states);
         let jump = pressure[1] - pressure[0];
-        let (mut s, by_pressure, by_cofactor);
+        let (mut s, by_state, by_cofactor);
         if self.options.stress_jump {
             s = cofactor[0] * normal * pressure[0] - cofactor[1] * normal * pressure[1];
-            by_pressure = [n.dot(&(cofactor[0] * normal)), -n.dot(&(cofactor[1] * normal))];
+            by_state = [n.dot(&(cofactor[0] * normal)), -n.dot(&(cofactor[1] * normal))];
             by_cofactor = [pressure[0], -pressure[1]];
         } else {
             s = (cofactor[0] + cofactor[1]) * normal * 0.5;
             let along = n.dot(&s);
             s *= -jump;
-            by_pressure = [along, -along];
+            by_state = [along, -along];
             by_cofactor = [-0.5 * jump, -0.5 * jump];
         }
         let (first, second) = (n.dot(&s), n.dot(&q));
@@ -279,12 +346,45 @@ impl<const D: usize> Upwind<D> {
         PressurePair {
             rate,
             by_speed: -rate / speed,
-            by_pressure: by_pressure.map(|slope| strength * second * slope),
+            by_pressure: slopes.of_particles(by_state).map(|slope| strength * second * slope),
+            by_increment: slopes.of_increments(by_state).map(|slope| strength * second * slope),
             by_cofactor: [
                 (outer(&n, &normal) * (by_cofactor[0] * second) + outer(&n, &own) * first) * strength,
                 (outer(&n, &normal) * (by_cofactor[1] * second) - outer(&n, &other) * first) * strength,
             ],
             by_separation: pair.pull_back(&(s * second + q * first)) * strength,
         }
+    }
+
+    /// `p⁻` and `p⁺` at the interface of a pair.
+    fn interface_pressures(&self, states: &PressureStates) -> ([f64; 2], InterfaceSlopes) {
+        let ([own, other], increment) = (states.particle, states.increment);
+        if self.options.interface != InterfaceChoice::Limited {
+            return ([own + increment[0], other + increment[1]], InterfaceSlopes(None));
+        }
+        // The mean of the particles, and the limited jump.
+        let (jump, slopes) = limited(other - own, other + increment[1] - own - increment[0]);
+        let mean = 0.5 * (own + other);
+        ([mean - 0.5 * jump, mean + 0.5 * jump], InterfaceSlopes(Some(slopes)))
+    }
+}
+
+/// Derivatives of the limited pressure jump, if it is limited.
+struct InterfaceSlopes(Option<[f64; 2]>);
+
+impl InterfaceSlopes {
+    /// Derivatives with respect to the pressures of the particles, from those with respect to the interface's.
+    fn of_particles(&self, by_state: [f64; 2]) -> [f64; 2] {
+        let Some([by_jump, by_reconstructed]) = self.0 else { return by_state };
+        let mean = 0.5 * (by_state[0] + by_state[1]);
+        let jump = 0.5 * (by_state[1] - by_state[0]) * (by_jump + by_reconstructed);
+        [mean - jump, mean + jump]
+    }
+
+    /// Derivatives with respect to the increments, from those with respect to the interface's pressures.
+    fn of_increments(&self, by_state: [f64; 2]) -> [f64; 2] {
+        let Some([_, by_reconstructed]) = self.0 else { return by_state };
+        let jump = 0.5 * (by_state[1] - by_state[0]) * by_reconstructed;
+        [-jump, jump]
     }
 }
