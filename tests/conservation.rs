@@ -270,8 +270,7 @@ fn pair_powers<const D: usize>(
                 // Any gradients, not only those of the states: the proof does not ask where they come from.
                 let slopes = if options.interface.reconstructs() { 1.0 } else { 0.0 };
                 let (difference, increment) = (vb - va, Vector::<D>::from_fn(|_, _| slopes * noise.next()));
-                let on_a =
-                    upwind.velocity_force(entry, (a, b), &displacement, speed, &Jump { difference, increment });
+                let on_a = upwind.velocity_force(entry, (a, b), &displacement, speed, &Jump { difference, increment });
                 let back = Jump { difference: -difference, increment: -increment };
                 let on_b = upwind.velocity_force(twin, (b, a), &displacement, speed, &back);
                 assert_eq!(on_a, -on_b, "action and reaction");

@@ -32,7 +32,10 @@ fn variants() -> Vec<(String, Material, CofactorChoice, Option<Stabilisation>)> 
                 ("plain", None),
                 ("D_v", Some(stabilised(0.5, 0.0))),
                 ("D_v, constant c", Some(Stabilisation { deformed_wave_speed: false, ..stabilised(0.5, 0.0) })),
-                ("D_v reconstructed", Some(Stabilisation { interface: InterfaceChoice::Reconstructed, ..stabilised(0.5, 0.0) })),
+                (
+                    "D_v reconstructed",
+                    Some(Stabilisation { interface: InterfaceChoice::Reconstructed, ..stabilised(0.5, 0.0) }),
+                ),
                 ("D_p", Some(stabilised(0.0, 0.7))),
                 ("both", Some(base)),
                 ("both, as printed", Some(Stabilisation { stress_jump: true, corrected_gradient: true, ..base })),
@@ -43,7 +46,10 @@ fn variants() -> Vec<(String, Material, CofactorChoice, Option<Stabilisation>)> 
                     "both, limited stress",
                     Some(Stabilisation { interface: InterfaceChoice::Limited, stress_jump: true, ..base }),
                 ),
-                ("both, reconstructed stress", Some(Stabilisation { interface: InterfaceChoice::Reconstructed, stress_jump: true, ..base })),
+                (
+                    "both, reconstructed stress",
+                    Some(Stabilisation { interface: InterfaceChoice::Reconstructed, stress_jump: true, ..base }),
+                ),
             ] {
                 list.push((format!("{law_name}, {cofactor:?}, {name}"), law, cofactor, stabilisation));
             }

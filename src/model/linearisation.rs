@@ -291,7 +291,9 @@ impl<const D: usize> Model<D> {
 
     /// Variation of the interface jumps' slopes, for reconstruction.
     fn vary_slopes(&self, velocity: &[f64], points: &[PointVariation<D>]) -> Vec<(Tensor<D>, Vector<D>)> {
-        let Some(upwind) = self.upwind.as_ref().filter(|u| u.options.interface.reconstructs()) else { return Vec::new() };
+        let Some(upwind) = self.upwind.as_ref().filter(|u| u.options.interface.reconstructs()) else {
+            return Vec::new();
+        };
         (0..points.len())
             .into_par_iter()
             .with_min_len(GRAIN)

@@ -71,7 +71,9 @@ mod tests {
 
     #[test]
     fn extremes_are_finite() {
-        for (jump, reconstructed) in [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1e-300, 1.0), (1e-300, 1e-300), (-1e-9, -1.0)] {
+        for (jump, reconstructed) in
+            [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1e-300, 1.0), (1e-300, 1e-300), (-1e-9, -1.0)]
+        {
             let (value, slopes) = limited(jump, reconstructed);
             assert!(value.is_finite() && slopes.iter().all(|s| s.is_finite()), "{jump}, {reconstructed}: {slopes:?}");
         }

@@ -9,18 +9,49 @@
 //! rate of J_a:   τ_p V_b (1/(ρ c)) [n·(P⁺ − P⁻)N] [n·½(H_a g̃_ab − H_b g̃_ba)]
 //! ```
 //!
+//! # Interface states
+//!
+//! - Constant: `v⁻ = v_a`, `v⁺ = v_b`. Dissipation O(c Δx), too much wherever the flow is slow compared with c.
+//! - Reconstructed to the mid-point by least-squares gradients: O(c Δx³), but the jump may have the other sign than
+//!   `v_b − v_a`: a pair may feed energy.
+//! - Limited, the default: the reconstructed jump times a factor, so that the force on a pair is
+//!   `−β c ψ K (v_b − v_a)` with `0 ≤ ψ ≤ 1` and positive semi-definite `K = n⊗n + (c_s/c)(I − n⊗n)`, see `limiter.rs`. Every
+//!   pair dissipates, the force stays along n for fluids (angular momentum is kept), and the tangent is exact within the
+//!   two rings of the stress. Equations are no longer linear in the velocities.
+//!
+//! Dam break at c = 35, 70, 140 m/s, 11 × 11 and 21 × 21 particles, τ_v = 1, deformed wave speed, TVD-RK2: front in sides at
+//! t √(g/a) = 1.19; roughness of the pressure (distance from the mean of four neighbours, L2, relative) at 0.65 s.
+//! The last two lines are a prototype's, of the limiter of Zhang, Hu and Adams (2017), `β = min(3 |Δv·n|, c)` instead of c,
+//! made differentiable as `β = c z/√(1 + z²)`:
+//!
+//! | | 11²: 35, 70, 140 | 21²: 35, 70 | roughness, 21²: 35, 70 |
+//! |---|---|---|---|
+//! | no D_v | –, 2.56, – | 2.38, 2.40 | 0.87, 0.75 |
+//! | constant | –, 1.54, – | 1.77, 1.64 | 0.06, 0.10 |
+//! | reconstructed | 2.25, 2.19, 2.12 | 2.29, 2.27 | 0.18, 0.24 |
+//! | **limited** | 2.31, 2.28, 2.24 | 2.28, 2.27 | 0.17, 0.16 |
+//! | Zhang et al., compression only | –, 2.55, – | 2.39, 2.41 | 0.76, 0.69 |
+//! | the same for both signs | 2.23, 2.23, 2.23 | 2.23, 2.23 | 0.49, 0.45 |
+//!
+//! A strength that falls with the jump does not see the noise that a stiff pressure makes of small velocities; what tells
+//! noise from flow is not its size but its shape. The beam of CSM3 with τ_v = 1 (71 × 5): constant states take 200 % of the
+//! largest kinetic energy in one period, reconstructed ones 0.17 %, limited ones 0.01 %.
+//!
+//! # Terms
+//!
 //! `c_s` is the speed of shear waves, zero for a fluid; its ratio to c is that at rest.
 //!
 //! The default jump in the second is `P⁺ − P⁻ = −(p⁺ − p⁻) ½(H_a + H_b)` with the plain gradient:
 //! both brackets then share the factor `n·H̄N`, and each pair dissipates
 //! `−½ K (p⁺ − p⁻)² (n·H̄N)² ≤ 0` whatever the deformation. The printed form with the full stresses
 //! is [`stress_jump`](crate::setup::Stabilisation::stress_jump); its sign cannot be guaranteed.
+//! The same limiter acts on the pressure jump.
 //! Reconstruction of a stress jump reconstructs the pressures and keeps each particle's own cofactor,
 //! so that the coupling never reaches further than two rings.
 
+use super::limiter::{limited, limiter};
 use crate::discretisation::{DiscretisationError, Gradient, least_squares_weights, plain_slope};
 use crate::material::Material;
-use super::limiter::{limited, limiter};
 use crate::setup::{Body, InterfaceChoice, Particles, Stabilisation, WeightChoice};
 use crate::tensor::{Tensor, Vector, outer};
 
