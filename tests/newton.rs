@@ -94,6 +94,23 @@ fn every_nonlinear_term_keeps_newton_quadratic() {
     }
 }
 
+/// The limiter is differentiable, but curves like 1/Δ where a jump Δ is small, so there is no constant; convergence
+/// stays superlinear, which a tangent that is a little wrong would not allow.
+#[test]
+fn the_limiter_keeps_newton_superlinear() {
+    let run = histories(&[("stabilisation.interface", "limited")], 1.0);
+    assert_eq!(run.len(), 20, "twenty steps, none rejected");
+    for (step, report) in run.iter().enumerate() {
+        let residuals = residuals(report, unit(&run));
+        let ratios: Vec<f64> = residuals.windows(2).map(|pair| pair[1] / pair[0]).collect();
+        let list: Vec<String> = residuals.iter().map(|rho| format!("{rho:.1e}")).collect();
+        println!("limited, step {:2}: {}", step + 1, list.join(" "));
+        assert!(report.history.iter().skip(1).all(|record| record.step_length == 1.0), "full steps suffice");
+        assert!(report.iterations <= 8, "step {}: {} iterations to reach rounding", step + 1, report.iterations);
+        assert!(ratios.last().is_some_and(|&last| last < 1e-3), "step {}: {ratios:?}", step + 1);
+    }
+}
+
 #[test]
 fn a_kept_tangent_is_seen_to_converge_linearly() {
     let run = histories(&[("newton.tangent", "modified")], 0.3);

@@ -7,7 +7,7 @@ use nicolson::scene::settings::{
     Forcing, LineSearch, OutputField, PreconditionerChoice, Scheme, SolverChoice, StepChoice, TangentPolicy, Unknowns,
 };
 use nicolson::scene::{Scene, SceneErrors};
-use nicolson::setup::{CofactorChoice, Constraint, KernelChoice, Setup, Stabilisation, WeightChoice};
+use nicolson::setup::{CofactorChoice, Constraint, InterfaceChoice, KernelChoice, Setup, Stabilisation, WeightChoice};
 
 /// Every key of a scene, in two dimensions.
 const EVERYTHING: &str = r#"
@@ -181,7 +181,7 @@ fn every_key_reaches_the_set_up() {
         tau_p: 0.25,
         deformed_wave_speed: true,
         corrected_gradient: true,
-        reconstructed: true,
+        interface: InterfaceChoice::Reconstructed,
         stress_jump: true,
     };
     assert_eq!(setup.stabilisation, Some(stabilisation));

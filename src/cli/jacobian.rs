@@ -78,7 +78,8 @@ fn tables<const D: usize>(scene: &Scene) -> Result<Tables, RunError> {
     let at = model.check_point(0.0, shift, &prepared.state.values, 0.04, 1).map_err(outside)?;
     let mut reports = Vec::new();
     for selection in model.term_selections() {
-        reports.push(model.taylor(&at, selection, &EPSILONS, 2).map_err(outside)?);
+        let epsilons = EPSILONS.map(|epsilon| epsilon * model.taylor_scale());
+        reports.push(model.taylor(&at, selection, &epsilons, 2).map_err(outside)?);
     }
     let differences = if model.particles() <= MOST_PARTICLES_FOR_DIFFERENCES {
         Some(model.compare_with_differences(&at).map_err(outside)?)

@@ -307,14 +307,14 @@ impl<const D: usize> Model<D> {
             if let Some(pair) = self.frozen_velocity_pair(entry, a, b) {
                 sums.force_by_speed[local] += pair.by_speed * 0.5;
                 sums.force_by_speed[own] += pair.by_speed * 0.5;
-                blocks[slot].force_by_velocity += pair.by_jump;
-                blocks[own_slot].force_by_velocity -= pair.by_jump;
+                blocks[slot].force_by_velocity += pair.by_difference;
+                blocks[own_slot].force_by_velocity -= pair.by_difference;
                 blocks[slot].force_by_displacement += pair.by_separation;
                 blocks[own_slot].force_by_displacement -= pair.by_separation;
                 self.slope_blocks(a, [(a, own_slot), (b, slot)], slots, |side, coefficient, member, centre| {
                     let _ = side;
-                    blocks[member].force_by_velocity -= pair.by_jump * (coefficient.dot(&half));
-                    blocks[centre].force_by_velocity += pair.by_jump * (coefficient.dot(&half));
+                    blocks[member].force_by_velocity -= pair.by_increment * (coefficient.dot(&half));
+                    blocks[centre].force_by_velocity += pair.by_increment * (coefficient.dot(&half));
                 });
             }
             if self.unknowns.kind() == Unknowns::Velocity {
@@ -331,7 +331,7 @@ impl<const D: usize> Model<D> {
                 blocks[slot].rate_by_displacement += pair.by_separation;
                 blocks[own_slot].rate_by_displacement -= pair.by_separation;
                 // p⁻ gains +½ 𝒢_a·d, p⁺ loses ½ 𝒢_b·d.
-                let sign = [pair.by_pressure[0], -pair.by_pressure[1]];
+                let sign = [pair.by_increment[0], -pair.by_increment[1]];
                 self.slope_blocks(a, [(a, own_slot), (b, slot)], slots, |side, coefficient, member, centre| {
                     let factor = sign[side] * coefficient.dot(&half);
                     let particle = |position: usize| slots.ring(a)[position] as usize;
@@ -352,7 +352,7 @@ impl<const D: usize> Model<D> {
         slots: &Slots,
         mut visit: impl FnMut(usize, &Vector<D>, usize, usize),
     ) {
-        let Some(upwind) = self.upwind.as_ref().filter(|u| u.options.reconstructed) else { return };
+        let Some(upwind) = self.upwind.as_ref().filter(|u| u.options.interface.reconstructs()) else { return };
         let neighbourhood = &self.gradient.neighbourhood;
         for (side, (centre, centre_slot)) in sides.into_iter().enumerate() {
             // The entry (a, centre) knows the slots of the centre's neighbours in a's ring.

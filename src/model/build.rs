@@ -10,7 +10,7 @@ use super::unknowns::{Numbering, Unknowns};
 use super::{Clocks, Model, Terms};
 use crate::discretisation::{DiscretisationError, Gradient, describe_particle};
 use crate::material::Material;
-use crate::setup::{Body, CofactorChoice, Constraint, Setup};
+use crate::setup::{Body, CofactorChoice, Constraint, InterfaceChoice, Setup};
 use crate::stabilisation::{Hourglass, Upwind};
 use crate::tensor::{Tensor, determinant};
 
@@ -86,7 +86,7 @@ impl<const D: usize> Model<D> {
             .filter(|(a, b)| a != b)
             .map(|(a, b)| (positions[b] - positions[a]).norm())
             .fold(f64::INFINITY, f64::min);
-        let reconstructed = upwind.as_ref().is_some_and(|u| u.options.reconstructed);
+        let reconstructed = upwind.as_ref().is_some_and(|u| u.options.interface.reconstructs());
         let mut model = Self {
             unknowns: Numbering::new(unknowns, &setup),
             loads: Loads::new(&setup, &masses),
@@ -157,8 +157,8 @@ impl<const D: usize> Model<D> {
 
     /// Whether the equations are linear by structure: a linear law with the geometric cofactor, in
     /// one dimension, or with all but one direction of motion held still everywhere (H is then
-    /// constant along the motion), and no upwinding along a direction that turns or with a speed that
-    /// changes. Linear elasticity is linear in every dimension.
+    /// constant along the motion), and no upwinding along a direction that turns, with a speed that
+    /// changes or with a limiter. Linear elasticity is linear in every dimension.
     pub(super) fn structurally_linear(&self) -> bool {
         let laws =
             self.materials.iter().all(|(law, cofactor)| law.is_linear() && *cofactor == CofactorChoice::Geometric);
@@ -169,7 +169,9 @@ impl<const D: usize> Model<D> {
             // P is linear in F in any dimension; an evolved J would not be.
             return self.upwind.is_none() && self.unknowns.kind() == Unknowns::Velocity;
         }
-        let steady_upwind = self.upwind.as_ref().is_none_or(|u| D == 1 && !u.options.deformed_wave_speed);
+        let steady_upwind = self.upwind.as_ref().is_none_or(|u| {
+            D == 1 && !u.options.deformed_wave_speed && u.options.interface != InterfaceChoice::Limited
+        });
         let still = |component: usize| {
             self.setup
                 .constraints

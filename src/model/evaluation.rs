@@ -13,7 +13,7 @@ use super::Model;
 use super::conserving::StepStart;
 use crate::material::Material;
 use crate::setup::CofactorChoice;
-use crate::stabilisation::Upwind;
+use crate::stabilisation::{Jump, PressureStates, Upwind};
 use crate::tensor::{Tensor, Vector, cofactor, contract, determinant, inverse, outer, smallest_stretch};
 
 /// Particles handled as one piece of work: below this, sharing costs more than it gains.
@@ -342,11 +342,11 @@ impl<const D: usize> Model<D> {
                         force += upwind.velocity_force(entry, (a, b), displacement, speed, &jump);
                     }
                     if with_pressure {
-                        let pressure =
-                            Self::interface_pressures(upwind, (a, b), [points[a].pressure, points[b].pressure], slopes);
+                        let pressure = [points[a].pressure, points[b].pressure];
+                        let pressure = Self::pressure_states(upwind, (a, b), pressure, slopes);
                         let cofactors = [&points[a].cofactor, &points[b].cofactor];
                         let entries = (entry, neighbourhood.twin(entry));
-                        rate += upwind.pressure_pair(entries, (a, b), displacement, speed, pressure, cofactors).rate;
+                        rate += upwind.pressure_pair(entries, (a, b), displacement, speed, &pressure, cofactors).rate;
                     }
                 }
                 *pair = (force, rate);
@@ -355,33 +355,36 @@ impl<const D: usize> Model<D> {
         self.workspace.pairs = pairs;
     }
 
-    /// `v⁺ − v⁻` at the interface of a pair; constant states where there are no slopes.
+    /// Velocities at the interface of a pair; constant states where there are no slopes.
     pub(super) fn velocity_jump(
         upwind: &Upwind<D>,
         (a, b): (usize, usize),
         velocity: &[f64],
         slopes: &[(Tensor<D>, Vector<D>)],
-    ) -> Vector<D> {
-        let mut jump = Vector::<D>::from_fn(|i, _| velocity[b * D + i] - velocity[a * D + i]);
-        if let (Some(own), Some(other)) = (slopes.get(a), slopes.get(b)) {
-            jump -= (own.0 + other.0) * upwind.reference_separation(a, b) * 0.5;
-        }
-        jump
+    ) -> Jump<D> {
+        let difference = Vector::<D>::from_fn(|i, _| velocity[b * D + i] - velocity[a * D + i]);
+        let increment = match (slopes.get(a), slopes.get(b)) {
+            (Some(own), Some(other)) => (own.0 + other.0) * upwind.reference_separation(a, b) * -0.5,
+            _ => Vector::zeros(),
+        };
+        Jump { difference, increment }
     }
 
-    /// `p⁻` and `p⁺` at the interface of a pair, from the pressures of its two particles.
-    pub(super) fn interface_pressures(
+    /// Pressures at the interface of a pair, from those of its two particles.
+    pub(super) fn pressure_states(
         upwind: &Upwind<D>,
         (a, b): (usize, usize),
-        mut pressure: [f64; 2],
+        particle: [f64; 2],
         slopes: &[(Tensor<D>, Vector<D>)],
-    ) -> [f64; 2] {
-        if let (Some(own), Some(other)) = (slopes.get(a), slopes.get(b)) {
-            let half = upwind.reference_separation(a, b) * 0.5;
-            pressure[0] += own.1.dot(&half);
-            pressure[1] -= other.1.dot(&half);
-        }
-        pressure
+    ) -> PressureStates {
+        let increment = match (slopes.get(a), slopes.get(b)) {
+            (Some(own), Some(other)) => {
+                let half = upwind.reference_separation(a, b) * 0.5;
+                [own.1.dot(&half), -other.1.dot(&half)]
+            }
+            _ => [0.0; 2],
+        };
+        PressureStates { particle, increment }
     }
 
     /// Largest wave speed of a configuration, m/s: for a fluid `c⁰/√λ_min`, the speed across the most compressed

@@ -23,7 +23,7 @@ use super::evaluation::{GRAIN, Point};
 use super::{Clocks, Model, Unknowns};
 use crate::material::Material;
 use crate::setup::CofactorChoice;
-use crate::stabilisation::{PressurePair, VelocityPair};
+use crate::stabilisation::{PressurePair, PressureStates, VelocityPair};
 use crate::tensor::{
     Tensor, Tensor4, Vector, add4, apply4, cofactor, cofactor_variation, contract, determinant, outer,
     smallest_stretch, tensor4_of,
@@ -230,10 +230,10 @@ impl<const D: usize> Model<D> {
         let frozen = &self.linearisation;
         let (own, other) = (&frozen.particles[a].point, &frozen.particles[b].point);
         let speed = 0.5 * (own.wave_speed + other.wave_speed);
-        let pressure = Self::interface_pressures(upwind, (a, b), [own.pressure, other.pressure], &frozen.slopes);
+        let pressure = Self::pressure_states(upwind, (a, b), [own.pressure, other.pressure], &frozen.slopes);
         let entries = (entry, self.gradient.neighbourhood.twin(entry));
         let cofactors = [&own.cofactor, &other.cofactor];
-        Some(upwind.pressure_pair(entries, (a, b), &frozen.displacement, speed, pressure, cofactors))
+        Some(upwind.pressure_pair(entries, (a, b), &frozen.displacement, speed, &pressure, cofactors))
     }
 
     /// Variations of the fields for a variation of the unknowns.
@@ -291,7 +291,9 @@ impl<const D: usize> Model<D> {
 
     /// Variation of the interface jumps' slopes, for reconstruction.
     fn vary_slopes(&self, velocity: &[f64], points: &[PointVariation<D>]) -> Vec<(Tensor<D>, Vector<D>)> {
-        let Some(upwind) = self.upwind.as_ref().filter(|u| u.options.reconstructed) else { return Vec::new() };
+        let Some(upwind) = self.upwind.as_ref().filter(|u| u.options.interface.reconstructs()) else {
+            return Vec::new();
+        };
         (0..points.len())
             .into_par_iter()
             .with_min_len(GRAIN)
@@ -321,14 +323,17 @@ impl<const D: usize> Model<D> {
             let separation = Vector::<D>::from_fn(|i, _| field.displacement[b * D + i] - field.displacement[a * D + i]);
             if let Some(pair) = self.frozen_velocity_pair(entry, a, b) {
                 let jump = Self::velocity_jump(upwind, (a, b), field.velocity, slopes);
-                force += pair.by_speed * speed + pair.by_jump * jump + pair.by_separation * separation;
+                force += pair.by_speed * speed + pair.by_separation * separation;
+                force += pair.by_difference * jump.difference + pair.by_increment * jump.increment;
             }
             if let Some(pair) = self.frozen_pressure_pair(entry, a, b) {
-                let pressure =
-                    Self::interface_pressures(upwind, (a, b), [points[a].pressure, points[b].pressure], slopes);
+                let PressureStates { particle, increment } =
+                    Self::pressure_states(upwind, (a, b), [points[a].pressure, points[b].pressure], slopes);
                 rate += pair.by_speed * speed
-                    + pair.by_pressure[0] * pressure[0]
-                    + pair.by_pressure[1] * pressure[1]
+                    + pair.by_pressure[0] * particle[0]
+                    + pair.by_pressure[1] * particle[1]
+                    + pair.by_increment[0] * increment[0]
+                    + pair.by_increment[1] * increment[1]
                     + contract(&pair.by_cofactor[0], &points[a].cofactor)
                     + contract(&pair.by_cofactor[1], &points[b].cofactor)
                     + pair.by_separation.dot(&separation);
@@ -358,7 +363,7 @@ impl<const D: usize> Tangent for Model<D> {
         if hessian && !conserving && self.unknowns.kind() == Unknowns::Velocity && !self.linear {
             return Symmetry::Symmetric;
         }
-        let reconstructed = self.upwind.as_ref().is_some_and(|upwind| upwind.options.reconstructed);
+        let reconstructed = self.upwind.as_ref().is_some_and(|upwind| upwind.options.interface.reconstructs());
         if self.linear && self.structurally_linear() && self.unknowns.kind() == Unknowns::Velocity && !reconstructed {
             Symmetry::PositiveDefinite
         } else {

@@ -1,7 +1,8 @@
 //! Upwind (Riemann) stabilisation and hourglass control; built only for scenes that ask for them.
 
 mod hourglass;
+mod limiter;
 mod upwind;
 
 pub use hourglass::{DEFAULT_HOURGLASS, Hourglass};
-pub use upwind::{PressurePair, Upwind, VelocityPair};
+pub use upwind::{Jump, PressurePair, PressureStates, Upwind, VelocityPair};

@@ -14,7 +14,7 @@ fn tangent_is_exact<const D: usize>(counts: [usize; D]) {
         tau_p: 0.7,
         deformed_wave_speed: true,
         corrected_gradient: false,
-        reconstructed: false,
+        interface: InterfaceChoice::Constant,
         stress_jump: false,
     };
     for (law, stabilisation) in [(linear(), None), (fluid(), None), (fluid(), Some(stabilisation))] {

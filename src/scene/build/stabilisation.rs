@@ -5,7 +5,7 @@ use crate::scene::document::{
     BodyText, Document, GradientText, HourglassText, InterfaceText, PressureJumpText, WaveSpeedText,
 };
 use crate::scene::findings::Findings;
-use crate::setup::Stabilisation;
+use crate::setup::{InterfaceChoice, Stabilisation};
 use crate::stabilisation::DEFAULT_HOURGLASS;
 
 /// The stabilisation, absent if both coefficients are zero.
@@ -25,7 +25,11 @@ pub(super) fn read(document: &Document, findings: &mut Findings<'_>) -> Option<S
         tau_p,
         deformed_wave_speed: text.wave_speed == WaveSpeedText::Deformed,
         corrected_gradient: text.gradient == GradientText::Corrected,
-        reconstructed: text.interface == InterfaceText::Reconstructed,
+        interface: match text.interface {
+            InterfaceText::Constant => InterfaceChoice::Constant,
+            InterfaceText::Reconstructed => InterfaceChoice::Reconstructed,
+            InterfaceText::Limited => InterfaceChoice::Limited,
+        },
         stress_jump: text.pressure_jump == PressureJumpText::Stress,
     })
 }

@@ -42,9 +42,10 @@ pub(in crate::scene) enum GradientText {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(in crate::scene) enum InterfaceText {
-    #[default]
     Constant,
     Reconstructed,
+    #[default]
+    Limited,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
