@@ -202,6 +202,8 @@ pub enum PreconditionerChoice {
     Ilut,
     /// The one-ring part of the tangent, factored.
     OneRing,
+    /// LDLᵀ of the symmetric part of the tangent, for those that are nearly symmetric.
+    SymmetricPart,
 }
 
 /// The table `[output]`.

@@ -1,6 +1,8 @@
 //! Names in a scene ↔ choices of the solvers.
 
-use nicolson_solvers::linear::{KrylovOptions, LinearSolverChoice, Preconditioner, PreconditionerMatrix, Symmetry};
+use nicolson_solvers::linear::{
+    EliminationOrder, KrylovOptions, LinearSolverChoice, Preconditioner, PreconditionerMatrix, Symmetry,
+};
 use nicolson_solvers::nonlinear::{Forcing, Globalisation, NewtonOptions, TangentPolicy};
 use nicolson_solvers::time::{Adaptive, Effort, RkcOptions, RkcStages, Scheme, StepControl};
 
@@ -122,9 +124,13 @@ pub fn linear(scene: &Scene, symmetry: Symmetry) -> Result<LinearSolverChoice, R
             settings::PreconditionerChoice::BlockJacobi => Preconditioner::BlockJacobi,
             settings::PreconditionerChoice::Ilu0 | settings::PreconditionerChoice::OneRing => Preconditioner::Ilu0,
             settings::PreconditionerChoice::Ilut => Preconditioner::ilut(),
+            settings::PreconditionerChoice::SymmetricPart => {
+                Preconditioner::Ldlt { order: EliminationOrder::default() }
+            }
         },
         preconditioner_matrix: match linear.preconditioner {
             settings::PreconditionerChoice::OneRing => PreconditionerMatrix::Sparser,
+            settings::PreconditionerChoice::SymmetricPart => PreconditionerMatrix::SymmetricPart,
             _ => PreconditionerMatrix::Auto,
         },
         max_iterations: linear.max_iterations,

@@ -124,6 +124,8 @@ pub enum PreconditionerMatrix {
     Auto,
     /// The operator's own entries.
     Full,
+    /// The symmetric part `½(A + Aᵀ)` of the operator's own entries, for the factors of symmetric matrices.
+    SymmetricPart,
     /// The entries of the sparser relative: cheaper to build, and a weaker preconditioner.
     Sparser,
 }

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nicolson_solvers::linear::{
-    EliminationOrder, KrylovOptions, LinearSolverChoice, Preconditioner, SparsePattern, Symmetry, Tangent,
+    EliminationOrder, KrylovOptions, LinearSolverChoice, Preconditioner, PreconditionerMatrix, SparsePattern, Symmetry,
+    Tangent,
 };
 use nicolson_solvers::vector::norm;
 
@@ -214,12 +215,23 @@ pub fn all_solvers() -> Vec<LinearSolverChoice> {
     for preconditioner in preconditioners() {
         all.extend(krylov_methods(&KrylovOptions { preconditioner, ..Default::default() }));
     }
+    let symmetric_part = KrylovOptions {
+        preconditioner: Preconditioner::Ldlt { order: EliminationOrder::default() },
+        preconditioner_matrix: PreconditionerMatrix::SymmetricPart,
+        ..Default::default()
+    };
+    all.extend(
+        krylov_methods(&symmetric_part).into_iter().filter(|choice| !matches!(choice, LinearSolverChoice::Cg { .. })),
+    );
     all
 }
 
 /// Whether a solver, or its preconditioner, works on symmetric matrices only.
 pub fn needs_symmetry(choice: &LinearSolverChoice) -> bool {
     let text = format!("{choice:?}");
+    if text.contains("SymmetricPart") {
+        return false;
+    }
     matches!(choice, LinearSolverChoice::Cg { .. }) || text.contains("Ldlt") || text.contains("Cholesky")
 }
 

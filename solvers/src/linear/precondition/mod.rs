@@ -8,6 +8,7 @@
 //! | ILU(0) | all entries | entries | larger steps |
 //! | ILUT | all entries | entries × fill | systems that are hard for ILU(0) |
 //! | LU, LDLᵀ, Cholesky | all entries | factor | an operator near to the one that is solved |
+//! | LDLᵀ of `½(A + Aᵀ)` | all entries | factor | operators that are nearly symmetric |
 //!
 //! Everything but "none" needs entries: those of the operator, or of its
 //! [`sparser`](super::Tangent::sparser) relative, which is what the matrix-free path offers.
@@ -15,6 +16,7 @@
 mod ilu0;
 mod ilut;
 mod jacobi;
+mod symmetric_part;
 mod triangular;
 
 use super::choice::{Preconditioner, PreconditionerMatrix};
@@ -42,6 +44,10 @@ pub(super) fn build(
         Preconditioner::Lu => Box::new(FactoredMatrix::new(Box::new(LuFactors::new()))),
         Preconditioner::Ldlt { order } => symmetric(Variant::Ldlt, order),
         Preconditioner::Cholesky { order } => symmetric(Variant::Cholesky, order),
+    };
+    let inner = match matrix {
+        PreconditionerMatrix::SymmetricPart => Box::new(symmetric_part::SymmetricPart::new(inner)),
+        _ => inner,
     };
     Box::new(FromEntries { inner, matrix })
 }
@@ -78,7 +84,7 @@ impl FromEntries {
         let full = || Some(tangent).filter(|t| t.pattern().is_some());
         let sparser = || tangent.sparser().filter(|t| t.pattern().is_some());
         match self.matrix {
-            PreconditionerMatrix::Full => full(),
+            PreconditionerMatrix::Full | PreconditionerMatrix::SymmetricPart => full(),
             PreconditionerMatrix::Sparser => sparser(),
             PreconditionerMatrix::Auto => full().or_else(sparser),
         }
@@ -89,7 +95,9 @@ impl ApproximateInverse for FromEntries {
     fn name(&self) -> String {
         match self.matrix {
             PreconditionerMatrix::Sparser => format!("{} of the sparser operator", self.inner.name()),
-            PreconditionerMatrix::Full | PreconditionerMatrix::Auto => self.inner.name(),
+            PreconditionerMatrix::Full | PreconditionerMatrix::Auto | PreconditionerMatrix::SymmetricPart => {
+                self.inner.name()
+            }
         }
     }
 
