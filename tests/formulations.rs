@@ -79,6 +79,8 @@ fn systems_agree_without_d_p() {
     let reconstructed = ("stabilisation.interface", "reconstructed");
     let coarse = ("body.0.spacing", "0.5");
     compare_systems::<2>("impact, reconstructed", "impact-hyperelastic", &[quarter, reconstructed, coarse], &ALL);
+    let limited = ("stabilisation.interface", "limited");
+    compare_systems::<2>("impact, limited", "impact-hyperelastic", &[quarter, limited, coarse], &ALL);
     let fluid = r#"{ density = 1000.0, gamma = 7.0, wave_speed = 10.0 }"#;
     let laws = [("body.0.material", &*format!("{{ hyperelastic_volumetric = {fluid} }}")), coarse];
     let block = [&laws[..], &[("time.end", "0.05"), ("time.step", "0.01"), ("boundary.0.fix", r#"["x"]"#)]].concat();
@@ -93,6 +95,8 @@ fn systems_agree_with_d_p() {
     compare_systems::<1>("shock, D_v and D_p", "bar-shock", &[("time.end", "0.1")], &two);
     compare_systems::<2>("impact, D_v and D_p", "impact-hyperelastic", &[quarter, tau_p], &two);
     compare_systems::<2>("dam break, D_v and D_p", "dam-break", &[("time.end", "0.05"), tau_p], &two);
+    let limited = ("stabilisation.interface", "limited");
+    compare_systems::<2>("dam break, limited", "dam-break", &[("time.end", "0.05"), tau_p, limited], &two);
     let stress = ("stabilisation.pressure_jump", "stress");
     let corrected = ("stabilisation.gradient", "corrected");
     compare_systems::<2>("impact, as printed", "impact-hyperelastic", &[quarter, tau_p, stress, corrected], &two);
@@ -207,8 +211,10 @@ fn only_symmetric_tangents_are_announced_as_symmetric() {
         assert!(found < 1e-14, "{what}: {found:e}");
     }
     let reconstructed = [("stabilisation.tau_p", "0"), ("stabilisation.interface", "reconstructed")];
+    let limited = [("stabilisation.tau_p", "0"), ("stabilisation.interface", "limited")];
     let general = [
         ("bar with reconstructed D_v", asymmetry::<1>("bar-shock", &reconstructed)),
+        ("bar with limited D_v", asymmetry::<1>("bar-shock", &limited)),
         ("bar, full system", asymmetry::<1>("bar-smooth", &[("newton.unknowns", "full")])),
         ("piston, hyperelastic", asymmetry::<2>("piston-hyperelastic", &[])),
         ("impact, elastic", asymmetry::<2>("impact-elastic", &[])),

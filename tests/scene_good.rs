@@ -238,6 +238,8 @@ scheme = "tvd_rk2"
     assert!(warnings.is_empty());
     assert_eq!(setup.bodies[0].name, "body 1");
     assert_eq!(setup.bodies[0].material, Material::linear_volumetric(1000.0, 9e5));
+    let (with, _) = set_up::<1>(&format!("{text}[stabilisation]\ntau_v = 1\n"));
+    assert_eq!(with.stabilisation.unwrap().interface, InterfaceChoice::Limited);
     assert!(setup.stabilisation.is_none() && setup.body_force.is_none() && setup.exact.is_none());
     assert!(setup.initial.pressure.is_none() && setup.motions.is_empty() && setup.tractions.is_empty());
     assert_eq!(setup.particles.volumes.iter().sum::<f64>(), 10.0);

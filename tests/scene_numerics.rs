@@ -110,7 +110,10 @@ fn rkc_warns_of_undamped_motion() {
     assert!(growth > 1.0 && (growth / expected - 1.0).abs() < 1e-3, "{growth} and {expected}: {text}");
     assert!(text.contains("rk4") && text.contains("tau_v"), "{text}");
     assert_eq!(warning("scheme = \"rk4\"\n"), None);
-    assert_eq!(warning("scheme = \"rkc\"\nstep = 0.002\n[stabilisation]\ntau_v = 2.0\n"), None);
+    let damped = |more: &str| warning(&format!("scheme = \"rkc\"\nstep = 0.002\n[stabilisation]\ntau_v = 2.0\n{more}"));
+    assert_eq!(damped("interface = \"constant\"\n"), None);
+    // Limited dissipation is no help against what begins infinitely small.
+    assert!(damped("").is_some());
 }
 
 /// The growth that the warning names is what a run does.

@@ -39,6 +39,6 @@ pub fn warning(system: &mut dyn System, values: &[f64], options: RkcOptions, ste
         "rkc has no stable interval on the imaginary axis: with Δt = {step:.3e} s and {stages} stages the fastest mode \
          (ω = {radius:.4e} 1/s, damping ratio {damping:.2}) grows by a factor of {growth:.6} per step, {undamped:.6} if \
          undamped, and by 10^{decades:.1} in the whole run; use rk4, tvd_rk3 or an implicit scheme, or damp the scene \
-         (stabilisation.tau_v)"
+         (stabilisation.tau_v with interface = \"constant\")"
     ))
 }

@@ -1,7 +1,6 @@
 //! Upwind (Riemann) stabilisation and hourglass control; built only for scenes that ask for them.
 
 mod hourglass;
-mod limiter;
 mod upwind;
 
 pub use hourglass::{DEFAULT_HOURGLASS, Hourglass};

@@ -10,6 +10,8 @@
 //! - `0 ≤ ψ ≤ 1`, so Δ_l has the sign of Δ: whatever the states, no pair feeds energy, and none dissipates more
 //!   than with constant states. `ψ(1) = 1`: what the gradients do not see is damped in full.
 //! - `ψ ~ 2 r²` for small r: a smooth field, whose r is O(Δx²), is damped far less than by the reconstruction alone.
+//! - For the same reason a sawtooth that is small against a pair's smooth jump is damped little, until it has grown to the
+//!   size of that jump: linear stability is not to be had from this term, bounded noise is.
 //! - Δ_l is homogeneous of degree one in (Δ, Δ_r) and continuously differentiable but at the origin, because ψ and ψ′
 //!   vanish at r = 0, and ψ as r⁻² at infinity. Newton's method needs that; the limiters of the min–max kind have
 //!   kinks where most pairs are.
