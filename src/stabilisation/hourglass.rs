@@ -64,11 +64,24 @@ use rayon::prelude::*;
 
 use crate::discretisation::Neighbourhood;
 use crate::kernel;
+use crate::material::Material;
 use crate::setup::{Body, Particles};
 use crate::tensor::{Tensor, Vector, outer};
 
-/// Coefficient α for laws with shear, with `c = 2μ`; see the head of the module.
+/// Coefficient α for laws with shear and balanced weights, with `c = 2μ`; see the head of the module.
 pub const DEFAULT_HOURGLASS: f64 = 3.0;
+/// The same for separate and single weights.
+pub const DEFAULT_HOURGLASS_UNBALANCED: f64 = 0.5;
+
+/// Coefficient where a scene says nothing. It belongs to the discretisation, not to the scene: what control gives back
+/// depends on what the weights leave out. None for laws without shear, which are to change their shape freely.
+pub fn default_hourglass(material: &Material, balanced: bool) -> f64 {
+    match (material.shear_modulus() > 0.0, balanced) {
+        (false, _) => 0.0,
+        (true, true) => DEFAULT_HOURGLASS,
+        (true, false) => DEFAULT_HOURGLASS_UNBALANCED,
+    }
+}
 
 /// The pairs of one body that has the control.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,8 +114,8 @@ pub struct Hourglass<const D: usize> {
 }
 
 impl<const D: usize> Hourglass<D> {
-    /// Builds the table for the bodies whose coefficient is not zero; `None` if there is none. `moduli` and
-    /// `masses` are those of the particles, Pa and kg.
+    /// Builds the table for the bodies that have a coefficient which is not zero; `None` if there is none. `moduli`
+    /// and `masses` are those of the particles, Pa and kg.
     pub fn build(
         bodies: &[Body],
         particles: &Particles<D>,
@@ -113,8 +126,9 @@ impl<const D: usize> Hourglass<D> {
         let positions = &particles.positions;
         let parts: Vec<Part> = bodies
             .iter()
-            .filter(|body| body.hourglass != 0.0 && !body.particles.is_empty())
-            .map(|body| {
+            .filter_map(|body| body.hourglass.map(|coefficient| (body, coefficient)))
+            .filter(|(body, coefficient)| *coefficient != 0.0 && !body.particles.is_empty())
+            .map(|(body, coefficient)| {
                 let length = body.smoothing * body.spacing;
                 let pair = |a: usize, b: usize| {
                     if a == b {
@@ -124,7 +138,7 @@ impl<const D: usize> Hourglass<D> {
                     let squared = (positions[b] - positions[a]).norm_squared();
                     let volumes = particles.volumes[a] * particles.volumes[b];
                     let modulus = 0.5 * (moduli[a] + moduli[b]);
-                    body.hourglass * modulus * volumes * kernel::value(body.kernel, D, squared.sqrt(), length) / squared
+                    coefficient * modulus * volumes * kernel::value(body.kernel, D, squared.sqrt(), length) / squared
                 };
                 let stiffness = body
                     .particles
