@@ -18,7 +18,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use case::{CELLS, CONTROL, Case, Cloud, KERNELS, SMOOTHING};
+use case::{CELLS, CONTROL, Case, Cloud, KERNELS, SMOOTHING, Stopwatch};
 use clap::Parser;
 use measure::{Values, measure, reference};
 use rayon::prelude::*;
@@ -27,6 +27,8 @@ use results::Row;
 /// Cells of the coarser one of two clouds from which a reference is extrapolated: beam and ring.
 const FINE: [usize; 2] = [16, 16];
 const FINE_SHORT: [usize; 2] = [8, 8];
+/// Rounds in which the costs are measured.
+const ROUNDS: usize = 25;
 
 #[derive(Debug, Parser)]
 #[command(about = "Errors and costs of discretisations")]
@@ -83,16 +85,26 @@ fn rows(case: &Case, cost: f64, references: &[(Values, f64); 2]) -> Vec<Row> {
     all().unwrap_or_else(|reason| vec![Row::impossible(case, cost, reason)])
 }
 
-fn study(arguments: &Arguments) -> Result<(), String> {
-    let short = arguments.short;
+/// Seconds of every kernel and smoothing: the least of several rounds, so that other work on the machine is not measured.
+fn costs(short: bool) -> Result<Vec<((&'static str, f64), f64)>, String> {
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|error| error.to_string())?;
     let mut costs = Vec::new();
     for &kernel in kernels(short) {
         for smoothing in smoothing(short) {
-            let repeats = if short { 1 } else { 5 };
-            costs.push(((kernel, smoothing), alone.install(|| case::cost(kernel, smoothing, repeats))?));
+            costs.push(((kernel, smoothing), Stopwatch::new(kernel, smoothing)?, f64::INFINITY));
         }
     }
+    for _ in 0..if short { 1 } else { ROUNDS } {
+        for (_, watch, least) in &mut costs {
+            *least = least.min(alone.install(|| watch.seconds())?);
+        }
+    }
+    Ok(costs.into_iter().map(|(key, _, least)| (key, least)).collect())
+}
+
+fn study(arguments: &Arguments) -> Result<(), String> {
+    let short = arguments.short;
+    let costs = costs(short)?;
     let cheapest = costs.iter().map(|(_, seconds)| *seconds).fold(f64::INFINITY, f64::min);
     let cost = |case: &Case| {
         let found = costs.iter().find(|(key, _)| *key == (case.kernel, case.smoothing));

@@ -71,7 +71,7 @@ use crate::tensor::{Tensor, Vector, outer};
 /// Coefficient α for laws with shear and balanced weights, with `c = 2μ`; see the head of the module.
 pub const DEFAULT_HOURGLASS: f64 = 3.0;
 /// The same for separate and single weights.
-pub const DEFAULT_HOURGLASS_UNBALANCED: f64 = 0.5;
+pub const DEFAULT_HOURGLASS_UNBALANCED: f64 = 2.0;
 
 /// Coefficient where a scene says nothing. It belongs to the discretisation, not to the scene: what control gives back
 /// depends on what the weights leave out. None for laws without shear, which are to change their shape freely.
