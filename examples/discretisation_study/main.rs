@@ -85,8 +85,11 @@ fn rows(case: &Case, cost: f64, references: &[(Values, f64); 2]) -> Vec<Row> {
     all().unwrap_or_else(|reason| vec![Row::impossible(case, cost, reason)])
 }
 
+/// Kernel and smoothing, and what they cost, s.
+type Cost = ((&'static str, f64), f64);
+
 /// Seconds of every kernel and smoothing: the least of several rounds, so that other work on the machine is not measured.
-fn costs(short: bool) -> Result<Vec<((&'static str, f64), f64)>, String> {
+fn costs(short: bool) -> Result<Vec<Cost>, String> {
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|error| error.to_string())?;
     let mut costs = Vec::new();
     for &kernel in kernels(short) {
