@@ -59,8 +59,9 @@ pub struct Body {
     pub material: Material,
     /// Which cofactor the volumetric laws use.
     pub cofactor: CofactorChoice,
-    /// Coefficient α of the hourglass control; 0 switches it off.
-    pub hourglass: f64,
+    /// Coefficient α of the hourglass control; 0 switches it off. `None`: what suits the law and the weights that the
+    /// body gets, see [`crate::stabilisation::default_hourglass`].
+    pub hourglass: Option<f64>,
 }
 
 /// Reference configuration of the particles.

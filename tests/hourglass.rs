@@ -26,7 +26,7 @@ const ALONE: Terms = Terms { hourglass: true, ..Terms::NONE };
 /// A free body on a perturbed lattice.
 fn model<const D: usize>(counts: [usize; D], shake: f64, hourglass: f64) -> Model<D> {
     let mut setup = setup(particles(counts, SPACING, shake), SPACING, linear());
-    setup.bodies[0].hourglass = hourglass;
+    setup.bodies[0].hourglass = Some(hourglass);
     Model::new(setup, None, Some(1.0)).expect("model")
 }
 

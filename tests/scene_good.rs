@@ -201,7 +201,7 @@ fn every_key_reaches_the_set_up() {
     assert_eq!(setup.initial.displacement[10].as_slice(), [0.0, 0.0]);
     let pressure = setup.initial.pressure.as_ref().unwrap();
     assert_eq!((pressure[0], pressure[10], pressure[15]), (20_000.0, 10_000.0, 150.0));
-    assert_eq!((column.hourglass, block.hourglass), (0.25, 0.0));
+    assert_eq!((column.hourglass, block.hourglass), (Some(0.25), Some(0.0)));
     assert_eq!(warnings.len(), 2, "{warnings:?}");
     assert!(warnings[0].contains("hourglass control makes a fluid resist"), "{warnings:?}");
     assert!(warnings[1].contains("overrule the initial displacement"), "{warnings:?}");

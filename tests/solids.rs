@@ -171,7 +171,7 @@ fn manufactured_solutions_with_large_strains_are_second_order() {
 fn conserves<const D: usize>(counts: [usize; D], law: Material, steps: usize) {
     let spacing = 0.25;
     let mut setup = setup(particles(counts, spacing, 0.1), spacing, law);
-    setup.bodies[0].hourglass = 3.0;
+    setup.bodies[0].hourglass = Some(3.0);
     let mut noise = Noise::new(3);
     let centre =
         setup.particles.positions.iter().sum::<nalgebra::SVector<f64, D>>() / setup.particles.positions.len() as f64;

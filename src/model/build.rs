@@ -10,8 +10,8 @@ use super::unknowns::{Numbering, Unknowns};
 use super::{Clocks, Model, Terms};
 use crate::discretisation::{DiscretisationError, Gradient, describe_particle};
 use crate::material::Material;
-use crate::setup::{Body, CofactorChoice, Constraint, InterfaceChoice, Setup};
-use crate::stabilisation::{Hourglass, Upwind};
+use crate::setup::{Body, CofactorChoice, Constraint, InterfaceChoice, Setup, WeightChoice};
+use crate::stabilisation::{Hourglass, Upwind, default_hourglass};
 use crate::tensor::{Tensor, determinant};
 
 /// Why a set-up cannot become a model.
@@ -47,7 +47,7 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// [`ModelError`], located.
-    pub fn new(setup: Setup<D>, unknowns: Option<Unknowns>, cfl: Option<f64>) -> Result<Self, ModelError> {
+    pub fn new(mut setup: Setup<D>, unknowns: Option<Unknowns>, cfl: Option<f64>) -> Result<Self, ModelError> {
         let count = setup.particles.positions.len();
         let mut body_of = vec![0u32; count];
         for (index, body) in setup.bodies.iter().enumerate() {
@@ -64,6 +64,13 @@ impl<const D: usize> Model<D> {
         let masses: Vec<f64> = setup.particles.volumes.iter().zip(&laws).map(|(v, law)| v * law.density).collect();
 
         let gradient = Gradient::build(&setup.bodies, &setup.particles)?;
+        // Only now it is known which bodies could be balanced; those that asked for it have a report.
+        let mut reports = gradient.balance.iter();
+        for body in &mut setup.bodies {
+            let asked = matches!(body.weights, WeightChoice::Balanced | WeightChoice::Auto);
+            let balanced = asked && reports.next().is_some_and(|report| report.balanced);
+            body.hourglass.get_or_insert(default_hourglass(&body.material, balanced));
+        }
         let upwind = match setup.stabilisation.filter(|s| s.tau_v != 0.0 || s.tau_p != 0.0) {
             None => None,
             Some(options) => Some(Upwind::build(options, &setup.bodies, &setup.particles, &gradient, &laws)?),

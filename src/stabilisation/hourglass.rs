@@ -42,12 +42,18 @@
 //!
 //! In 1D (c = ρ c_p², clamped bar of 41 particles, h = 1.2 Δx) the second frequency is 53 % too low without control; with
 //! α = 0.5, 1, 2, 4 it errs by −0.35, −0.32, −0.27, −0.18 %, the lowest by −6.6e-4, −5.6e-4, −4.5e-4, −3.1e-4, and at
-//! h = Δx its order is 2.0 for all of them. So α decides over errors, not over success. With c = 2μ, [`DEFAULT_HOURGLASS`]
-//! is where bending of a cantilever is neither too soft nor too stiff with balanced weights and h = Δx, for any
-//! Poisson's ratio. Elsewhere it is not as good (ν = 0.4; 4, 8 across): balanced weights at h = 1.2 Δx are softer, +27 %,
-//! +7.5 % without control, +11 %, +3.2 % with α = 3; separate weights bend well by themselves, and α = 3 makes them too
-//! stiff: at h = Δx −7.6 %, −2.4 % (α = 0.5: −1.0 %, −0.3 %), at 1.2 Δx −6.4 %, −2.1 % (α = 1: +1.5 %, +0.4 %). Lattices
-//! shaken by 20 % have no spurious low mode either, with both kinds of weights (α = 0.5 and 3, h = 1.2 Δx).
+//! h = Δx its order is 2.0 for all of them. So α decides over errors, not over success. It belongs to the discretisation,
+//! not to the scene: what the control is to give back depends on the weights, and hence so does the default
+//! ([`default_hourglass`]).
+//!
+//! - With c = 2μ, [`DEFAULT_HOURGLASS`] is where bending of a cantilever is neither too soft nor too stiff with balanced
+//!   weights and h = Δx, for any Poisson's ratio. At h = 1.2 Δx they are softer (ν = 0.4; 4, 8 across): +27 %, +7.5 %
+//!   without control, +11 %, +3.2 % with α = 3.
+//! - Separate weights bend well by themselves. The same cantilever errs by −1.0, −2.5, −5.1, −7.6 % at 4 across and by −0.3,
+//!   −0.8, −1.6, −2.4 % at 8 for α = 0.5, 1, 2, 3 at h = Δx, at h = 1.2 Δx by +3.9, +1.5, −2.7, −6.4 % at 4. But free
+//!   bodies want more (`examples/discretisation_study`, 6 across, h = Δx): a lattice +1.6, +0.7, −0.9, −2.5 %, one that
+//!   is perturbed by 20 % +12, +7.5, +2.9, +0.1 %. With [`DEFAULT_HOURGLASS_UNBALANCED`] the worst of these is 5 %.
+//! - Lattices shaken by 20 % have no spurious low mode, with both kinds of weights (α = 0.5 and 3, h = 1.2 Δx).
 //!
 //! c must be a shear modulus where there is one: with `c = ρ c_p² = λ + 2μ` bending locks as ν → ½ (tip −56 % at
 //! ν = 0.49, 4 across, α = 2). The volumetric laws have no other modulus than `ρ c_p²`, and no control unless asked.
@@ -64,11 +70,24 @@ use rayon::prelude::*;
 
 use crate::discretisation::Neighbourhood;
 use crate::kernel;
+use crate::material::Material;
 use crate::setup::{Body, Particles};
 use crate::tensor::{Tensor, Vector, outer};
 
-/// Coefficient α for laws with shear, with `c = 2μ`; see the head of the module.
+/// Coefficient α for laws with shear and balanced weights, with `c = 2μ`; see the head of the module.
 pub const DEFAULT_HOURGLASS: f64 = 3.0;
+/// The same for separate and single weights.
+pub const DEFAULT_HOURGLASS_UNBALANCED: f64 = 2.0;
+
+/// Coefficient where a scene says nothing. It belongs to the discretisation, not to the scene: what control gives back
+/// depends on what the weights leave out. None for laws without shear, which are to change their shape freely.
+pub fn default_hourglass(material: &Material, balanced: bool) -> f64 {
+    match (material.shear_modulus() > 0.0, balanced) {
+        (false, _) => 0.0,
+        (true, true) => DEFAULT_HOURGLASS,
+        (true, false) => DEFAULT_HOURGLASS_UNBALANCED,
+    }
+}
 
 /// The pairs of one body that has the control.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,8 +120,8 @@ pub struct Hourglass<const D: usize> {
 }
 
 impl<const D: usize> Hourglass<D> {
-    /// Builds the table for the bodies whose coefficient is not zero; `None` if there is none. `moduli` and
-    /// `masses` are those of the particles, Pa and kg.
+    /// Builds the table for the bodies that have a coefficient which is not zero; `None` if there is none. `moduli`
+    /// and `masses` are those of the particles, Pa and kg.
     pub fn build(
         bodies: &[Body],
         particles: &Particles<D>,
@@ -113,8 +132,9 @@ impl<const D: usize> Hourglass<D> {
         let positions = &particles.positions;
         let parts: Vec<Part> = bodies
             .iter()
-            .filter(|body| body.hourglass != 0.0 && !body.particles.is_empty())
-            .map(|body| {
+            .filter_map(|body| body.hourglass.map(|coefficient| (body, coefficient)))
+            .filter(|(body, coefficient)| *coefficient != 0.0 && !body.particles.is_empty())
+            .map(|(body, coefficient)| {
                 let length = body.smoothing * body.spacing;
                 let pair = |a: usize, b: usize| {
                     if a == b {
@@ -124,7 +144,7 @@ impl<const D: usize> Hourglass<D> {
                     let squared = (positions[b] - positions[a]).norm_squared();
                     let volumes = particles.volumes[a] * particles.volumes[b];
                     let modulus = 0.5 * (moduli[a] + moduli[b]);
-                    body.hourglass * modulus * volumes * kernel::value(body.kernel, D, squared.sqrt(), length) / squared
+                    coefficient * modulus * volumes * kernel::value(body.kernel, D, squared.sqrt(), length) / squared
                 };
                 let stiffness = body
                     .particles

@@ -3,5 +3,5 @@
 mod hourglass;
 mod upwind;
 
-pub use hourglass::{DEFAULT_HOURGLASS, Hourglass};
+pub use hourglass::{DEFAULT_HOURGLASS, DEFAULT_HOURGLASS_UNBALANCED, Hourglass, default_hourglass};
 pub use upwind::{Jump, PressurePair, PressureStates, Upwind, VelocityPair};

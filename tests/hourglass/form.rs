@@ -33,7 +33,7 @@ fn the_energy_of_a_quadratic_field_falls_with_the_square_of_the_spacing() {
     let fraction = |count: usize| {
         let spacing = 1.0 / (count - 1) as f64;
         let mut setup = setup(particles([count], spacing, 0.0), spacing, linear());
-        setup.bodies[0].hourglass = 2.0;
+        setup.bodies[0].hourglass = Some(2.0);
         let mut model = Model::<1>::new(setup, None, None).expect("model");
         let state = displaced(&mut model, |x| x + x * (0.05 * x[0]));
         // J starts as det F in a state that is set up so; here it is put in by hand.
@@ -129,7 +129,7 @@ fn one_body_may_have_it_and_another_not() {
     two.particles.positions.append(&mut other.positions);
     two.particles.volumes.append(&mut other.volumes);
     two.particles.kernel_volumes.append(&mut other.kernel_volumes);
-    two.bodies.push(Body { particles: count..2 * count, hourglass: 2.0, ..two.bodies[0].clone() });
+    two.bodies.push(Body { particles: count..2 * count, hourglass: Some(2.0), ..two.bodies[0].clone() });
     two.constraints = vec![[Constraint::Free; 2]; 2 * count];
     two.initial.displacement = vec![Vector::zeros(); 2 * count];
     two.initial.velocity = vec![Vector::zeros(); 2 * count];

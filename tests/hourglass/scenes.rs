@@ -2,16 +2,23 @@
 
 use std::path::Path;
 
+use nicolson::model::Model;
 use nicolson::scene::Scene;
+use nicolson::stabilisation::{DEFAULT_HOURGLASS, DEFAULT_HOURGLASS_UNBALANCED};
 
 const SCENE: &str = "dimension = 2\nHERE\n[[body]]\nspacing = 0.5\nshape.box = { lower = [0, 0], upper = [2, 2] }\nBODY\n\
                      material.linear_volumetric = { density = 1000, bulk_modulus = 1e6 }\n[time]\nend = 1\nstep = 0.1\n";
 
 fn read(scene: &str, body: &str) -> Result<(f64, Vec<String>), String> {
-    let text = SCENE.replace("HERE", scene).replace("BODY", body);
-    let scene = Scene::parse(&text, "scene.toml", Path::new(""), &[]).map_err(|errors| errors.to_string())?;
+    read_text(&SCENE.replace("HERE", scene).replace("BODY", body))
+}
+
+/// The coefficient of the model, and the warnings of its scene.
+fn read_text(text: &str) -> Result<(f64, Vec<String>), String> {
+    let scene = Scene::parse(text, "scene.toml", Path::new(""), &[]).map_err(|errors| errors.to_string())?;
     let (setup, warnings) = scene.setup::<2>().map_err(|errors| errors.to_string())?;
-    Ok((setup.bodies[0].hourglass, warnings))
+    let model = Model::new(setup, None, None).map_err(|error| error.to_string())?;
+    Ok((model.setup().bodies[0].hourglass.ok_or("no coefficient")?, warnings))
 }
 
 #[test]
@@ -38,5 +45,23 @@ fn scenes_choose_it() {
             let error = outcome.expect_err(wrong);
             assert!(error.contains(line) && error.contains(word), "{error}");
         }
+    }
+}
+
+#[test]
+fn solids_have_what_suits_the_weights_that_they_get() {
+    let solid = "linear_elastic = { density = 1000, youngs_modulus = 1e6, poissons_ratio = 0.3 }";
+    let text = SCENE.replace("linear_volumetric = { density = 1000, bulk_modulus = 1e6 }", solid).replace("HERE", "");
+    assert!(text.contains(solid));
+    for (body, expected) in [
+        ("", DEFAULT_HOURGLASS),
+        ("weights = \"balanced\"", DEFAULT_HOURGLASS),
+        ("weights = \"separate\"", DEFAULT_HOURGLASS_UNBALANCED),
+        ("weights = \"single\"", DEFAULT_HOURGLASS_UNBALANCED),
+        // Rows of nine of a cell layout cannot be balanced.
+        ("layout = \"cell\"\nsmoothing = 1.0", DEFAULT_HOURGLASS_UNBALANCED),
+        ("weights = \"separate\"\nhourglass = 0.75", 0.75),
+    ] {
+        assert_eq!(read_text(&text.replace("BODY", body)).unwrap(), (expected, vec![]), "{body}");
     }
 }

@@ -56,7 +56,7 @@ fn weighted_bar(count: usize, smoothing: f64, hourglass: f64, weights: WeightCho
     let mut setup = setup(lattice.particles(), spacing, law);
     setup.bodies[0].smoothing = smoothing;
     setup.bodies[0].weights = weights;
-    setup.bodies[0].hourglass = hourglass;
+    setup.bodies[0].hourglass = Some(hourglass);
     setup.constraints[0] = [Constraint::Fixed];
     let found = frequencies(&mut Model::<1>::new(setup, None, None).expect("model"));
     [0, 1].map(|i| found[i] / ((i as f64 + 0.5) * std::f64::consts::PI) - 1.0)
@@ -104,7 +104,7 @@ fn explicit_limit<const D: usize>(counts: [usize; D]) {
         for hourglass in [0.0, 0.5, 2.0, 4.0, 16.0] {
             let mut setup = setup(particles(counts, SPACING, shake), SPACING, linear());
             setup.bodies[0].smoothing = smoothing;
-            setup.bodies[0].hourglass = hourglass;
+            setup.bodies[0].hourglass = Some(hourglass);
             let mut model = Model::<D>::new(setup, None, Some(1.0)).expect("model");
             let state = model.initial_state().expect("state");
             let limit = model.stable_step(0.0, &state);

@@ -20,7 +20,7 @@ fn tangent_is_exact<const D: usize>(counts: [usize; D]) {
     for (law, stabilisation) in [(linear(), None), (fluid(), None), (fluid(), Some(stabilisation))] {
         for unknowns in [None, Some(Unknowns::VelocityJacobian), Some(Unknowns::Full)] {
             let mut setup = setup(particles(counts, SPACING, 0.1), SPACING, law);
-            setup.bodies[0].hourglass = 1.7;
+            setup.bodies[0].hourglass = Some(1.7);
             setup.stabilisation = stabilisation;
             for (constraint, x) in setup.constraints.iter_mut().zip(&setup.particles.positions) {
                 if x[D - 1] == 0.0 {

@@ -31,7 +31,7 @@ impl<const D: usize> Cloud<D> {
         let mut setup = setup(lattice.particles(), 1.0 / across as f64, linear());
         setup.bodies[0].smoothing = smoothing;
         setup.bodies[0].weights = weights;
-        setup.bodies[0].hourglass = 1.0;
+        setup.bodies[0].hourglass = Some(1.0);
         let gradient = Gradient::build(&setup.bodies, &setup.particles).expect("a gradient");
         Self { setup, gradient }
     }

@@ -59,7 +59,7 @@ pub fn setup<const D: usize>(particles: Particles<D>, spacing: f64, material: Ma
             weights: WeightChoice::Separate,
             material,
             cofactor: CofactorChoice::Geometric,
-            hourglass: 0.0,
+            hourglass: Some(0.0),
         }],
         particles,
         constraints: vec![[Constraint::Free; D]; n],

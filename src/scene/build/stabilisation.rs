@@ -6,7 +6,6 @@ use crate::scene::document::{
 };
 use crate::scene::findings::Findings;
 use crate::setup::{InterfaceChoice, Stabilisation};
-use crate::stabilisation::DEFAULT_HOURGLASS;
 
 /// The stabilisation, absent if both coefficients are zero.
 pub(super) fn read(document: &Document, findings: &mut Findings<'_>) -> Option<Stabilisation> {
@@ -34,18 +33,16 @@ pub(super) fn read(document: &Document, findings: &mut Findings<'_>) -> Option<S
     })
 }
 
-/// Coefficient of the hourglass control: that of the body, else that of the scene, else that of its law.
+/// Coefficient of the hourglass control: that of the body, else that of the scene, else none yet.
 pub(super) fn hourglass<const D: usize>(
     body: &BodyText,
     document: &Document,
     material: Option<&Material>,
     findings: &mut Findings<'_>,
-) -> Option<f64> {
-    let Some(given) = body.hourglass.as_ref().or(document.hourglass.as_ref()) else {
-        return Some(material.map_or(0.0, default_hourglass));
-    };
+) -> Option<Option<f64>> {
+    let Some(given) = body.hourglass.as_ref().or(document.hourglass.as_ref()) else { return Some(None) };
     let coefficient = match *given.get_ref() {
-        HourglassText::Off => return Some(0.0),
+        HourglassText::Off => return Some(Some(0.0)),
         HourglassText::Coefficient(value) => value,
     };
     if !(coefficient.is_finite() && coefficient >= 0.0) {
@@ -56,13 +53,8 @@ pub(super) fn hourglass<const D: usize>(
         );
         return None;
     }
-    if D > 1 && coefficient > 0.0 && material.is_some_and(|law| default_hourglass(law) == 0.0) {
+    if D > 1 && coefficient > 0.0 && material.is_some_and(|law| law.shear_modulus() == 0.0) {
         findings.warning(given.span(), "hourglass control makes a fluid resist bending, as a solid does");
     }
-    Some(coefficient)
-}
-
-/// Coefficient where a scene says nothing: none for fluids, which are to change their shape freely.
-fn default_hourglass(material: &Material) -> f64 {
-    if material.shear_modulus() > 0.0 { DEFAULT_HOURGLASS } else { 0.0 }
+    Some(Some(coefficient))
 }
