@@ -109,7 +109,7 @@
 //! `cargo run --release --example discretisation_study` measures errors of static loads and frequencies, spurious modes
 //! and costs for kernels, smoothing lengths (0.9 to 2.0 spacings), layouts, weights, hourglass control and clouds; the README
 //! has a table. For solids: cubic spline, `smoothing = 1.0` (the default 1.2 costs 4.5 times as much and is no more accurate;
-//! 0.9 loses rings), balanced weights, `volumes = "stencil"` for `cell` layouts, and the default of the
+//! 0.9 loses balanced rings), balanced weights, `volumes = "stencil"` for `cell` layouts, and the default of the
 //! [hourglass control](stabilisation::default_hourglass), which follows from the weights.
 //!
 //! # Limits
