@@ -29,7 +29,7 @@ fn free<const D: usize>(counts: [usize; D], velocity: &str, upwinding: f64) -> P
         format!(
             "dimension = {D}\n[[body]]\nspacing = {spacing}\nshape.box = {{ lower = {lower:?}, upper = {half:?} }}\n\
              material.hyperelastic_volumetric = {{ density = 1000, gamma = 7, wave_speed = 10 }}\n[initial]\n\
-             velocity = {velocity}\n[stabilisation]\ntau_v = {upwinding:?}\n[time]\nscheme = \"energy_momentum\"\n\
+             velocity = {velocity}\n[stabilisation]\ntau_v = {upwinding:?}\ninterface = \"constant\"\n[time]\nscheme = \"energy_momentum\"\n\
              step = {step:?}\nminimum_step = {step:?}\nend = {:?}\n",
             step * STEPS as f64
         )
@@ -45,6 +45,8 @@ fn free<const D: usize>(counts: [usize; D], velocity: &str, upwinding: f64) -> P
 
 const SPIN_2D: &str = r#"["-Y + 0.3*X + 0.2*sin(3*X+Y)", "X - 0.3*Y + 0.1*cos(2*X)"]"#;
 const SPIN_3D: &str = r#"["0.5*Z - Y + 0.2*X + 0.1*sin(3*Y)", "X - 0.4*Z + 0.1*cos(2*X)", "0.4*Y - 0.5*X - 0.2*Z"]"#;
+// Constant interface states: limited ones dissipate so little that the body is sheared by a factor of 67, where Newton's
+// method on the limiter's kinks leaves residuals of 1e-10 (ledger 1.4e-10, angular momentum 8e-10 after 1000 steps).
 /// Slower, because nothing resists shear, and Newton's method does not bear any amount of it in space (see below).
 const SLOW_SPIN_3D: &str = r#"["0.01*Z - 0.05*Y + 0.03*X", "0.05*X - 0.02*Z + 0.02*Y", "0.02*Y - 0.01*X + 0.02*Z"]"#;
 
