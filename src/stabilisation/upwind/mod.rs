@@ -39,7 +39,9 @@
 //!
 //! # Terms
 //!
-//! `c_s` is the speed of shear waves, zero for a fluid; its ratio to c is that at rest.
+//! `c_s` is the speed of shear waves, zero for a fluid; its ratio to c is that at rest. The shear part is not a central
+//! force: linear momentum is exact with it, angular momentum is not. A rigid rotation has jumps across n, which constant
+//! interface states resist and (limited) reconstructed ones take out but for the boundary.
 //!
 //! The default jump in the second is `P⁺ − P⁻ = −(p⁺ − p⁻) ½(H_a + H_b)` with the plain gradient:
 //! both brackets then share the factor `n·H̄N`, and each pair dissipates
