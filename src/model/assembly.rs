@@ -9,49 +9,14 @@
 
 use std::sync::Arc;
 
-use nicolson_solvers::linear::{SparseMatrix, SparsePattern, StoredTangent, Symmetry, Tangent};
+use nicolson_solvers::linear::{SparseMatrix, StoredTangent, Symmetry, Tangent};
 
+use super::slots::Slots;
 use super::{Model, Unknowns};
-use crate::discretisation::Neighbourhood;
 use crate::tensor::{Tensor, Vector, contract};
 
 /// Particles assembled as one piece of work.
 const PIECE: usize = 32;
-
-/// Pattern of the entries and where the parts of a row go.
-#[derive(Debug, Clone)]
-pub struct Slots {
-    pattern: Arc<SparsePattern>,
-    /// First value of every particle's rows, and the number of values.
-    values: Vec<usize>,
-    /// Two-rings, in compressed rows.
-    ring_starts: Vec<usize>,
-    rings: Vec<u32>,
-    /// For every entry (a, c): where the slots of c's neighbours in a's ring begin.
-    slot_starts: Vec<usize>,
-    slots: Vec<u32>,
-}
-
-impl Slots {
-    /// The pattern.
-    pub fn pattern(&self) -> &Arc<SparsePattern> {
-        &self.pattern
-    }
-
-    /// Slots of c's neighbours in a's ring, for the entry (a, c).
-    pub(super) fn of_entry(&self, entry: usize) -> &[u32] {
-        &self.slots[self.slot_starts[entry]..self.slot_starts[entry + 1]]
-    }
-
-    fn ring(&self, a: usize) -> &[u32] {
-        &self.rings[self.ring_starts[a]..self.ring_starts[a + 1]]
-    }
-
-    /// Position of a neighbour of `a` in a's ring.
-    pub(super) fn position(&self, a: usize, neighbour: usize) -> usize {
-        self.ring(a).partition_point(|&e| (e as usize) < neighbour)
-    }
-}
 
 /// The part of the tangent that couples direct neighbours only: the other entries are dropped, which
 /// makes a far better preconditioner than lumping them onto the diagonal.
@@ -99,43 +64,6 @@ impl<const D: usize> PairSums<D> {
 }
 
 impl<const D: usize> Model<D> {
-    /// Pattern and slots, built at the first request: an explicit run never pays for them.
-    pub(super) fn slots(&self) -> &Slots {
-        self.linearisation.slots.get_or_init(|| self.build_slots())
-    }
-
-    fn build_slots(&self) -> Slots {
-        let (n, neighbourhood) = (self.particles(), &self.gradient.neighbourhood);
-        let (mut ring_starts, mut rings) = (vec![0], Vec::new());
-        let (mut slot_starts, mut slots) = (Vec::with_capacity(neighbourhood.pairs() + 1), Vec::new());
-        let (mut values, mut offsets, mut columns) = (vec![0], vec![0], Vec::new());
-        for a in 0..n {
-            let ring = neighbourhood.two_ring(a);
-            for &c in neighbourhood.of(a) {
-                slot_starts.push(slots.len());
-                slots.extend(walk(&ring, neighbourhood, c as usize));
-            }
-            self.push_rows(a, &ring, &mut offsets, &mut columns);
-            values.push(columns.len());
-            rings.extend_from_slice(&ring);
-            ring_starts.push(rings.len());
-        }
-        slot_starts.push(slots.len());
-        Slots {
-            pattern: Arc::new(SparsePattern::new(offsets, columns)),
-            values,
-            ring_starts,
-            rings,
-            slot_starts,
-            slots,
-        }
-    }
-
-    /// The velocity unknown that belongs to a displacement unknown; `None` for other unknowns.
-    fn displacement_row(&self, a: usize, unknown: usize) -> Option<usize> {
-        (0..D).find(|&i| self.unknowns.displacement(a, i) == Some(unknown)).and_then(|i| self.unknowns.velocity(a, i))
-    }
-
     /// The tangent at the last linearised point as a matrix of its own.
     pub fn tangent_matrix(&self) -> SparseMatrix {
         let mut matrix = SparseMatrix::zeros(self.slots().pattern());
@@ -163,26 +91,6 @@ impl<const D: usize> Model<D> {
             self.write_rows(a, neighbourhood.of(a), &near, own);
         }
         OneRing::new(pattern, values, Symmetry::General)
-    }
-
-    fn one_ring_pattern(&self) -> SparsePattern {
-        let (mut offsets, mut columns) = (vec![0], Vec::new());
-        for a in 0..self.particles() {
-            self.push_rows(a, self.gradient.neighbourhood.of(a), &mut offsets, &mut columns);
-        }
-        SparsePattern::new(offsets, columns)
-    }
-
-    /// Appends the rows of particle `a`, which couples to the given particles.
-    fn push_rows(&self, a: usize, coupled: &[u32], offsets: &mut Vec<usize>, columns: &mut Vec<usize>) {
-        let row: Vec<usize> = coupled.iter().flat_map(|&e| self.unknowns.of(e as usize)).collect();
-        for unknown in self.unknowns.of(a) {
-            match self.displacement_row(a, unknown) {
-                Some(velocity) => columns.extend([velocity, unknown]),
-                None => columns.extend_from_slice(&row),
-            }
-            offsets.push(columns.len());
-        }
     }
 
     /// Writes all entries.
@@ -416,19 +324,4 @@ impl<const D: usize> Model<D> {
             }
         }
     }
-}
-
-/// Positions of c's neighbours in a sorted ring that contains them all.
-fn walk(ring: &[u32], neighbourhood: &Neighbourhood, c: usize) -> Vec<u32> {
-    let mut position = 0;
-    neighbourhood
-        .of(c)
-        .iter()
-        .map(|&e| {
-            while ring[position] < e {
-                position += 1;
-            }
-            position as u32
-        })
-        .collect()
 }

@@ -5,8 +5,9 @@
 use rayon::prelude::*;
 
 use super::Model;
-use super::assembly::{Block, Slots};
+use super::assembly::Block;
 use super::evaluation::GRAIN;
+use super::slots::Slots;
 use crate::stabilisation::Hourglass;
 use crate::tensor::{Tensor, Vector};
 

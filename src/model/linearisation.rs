@@ -18,8 +18,9 @@ use std::time::Instant;
 use nicolson_solvers::linear::{SparsePattern, Symmetry, Tangent};
 use rayon::prelude::*;
 
-use super::assembly::{OneRing, Slots};
+use super::assembly::OneRing;
 use super::evaluation::{GRAIN, Point};
+use super::slots::Slots;
 use super::{Clocks, Model, Unknowns};
 use crate::material::Material;
 use crate::setup::CofactorChoice;

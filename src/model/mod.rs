@@ -20,7 +20,7 @@
 //! | `stage` | `u = ũ + s f(t, u)` as a nonlinear problem |
 //! | `conserving` | the discrete-gradient step that conserves energy |
 //! | `linearisation` | derivatives of every term, and the tangent's action |
-//! | `assembly` | the tangent's entries on a fixed pattern |
+//! | `slots`, `assembly` | the tangent's fixed pattern, and its entries |
 //! | `balance` | energies, dissipation, momenta |
 //! | `jacobian` | public checks of all derivatives |
 
@@ -33,6 +33,7 @@ mod hourglass;
 mod jacobian;
 mod linearisation;
 mod loads;
+mod slots;
 mod stage;
 mod unknowns;
 
