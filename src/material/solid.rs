@@ -1,6 +1,6 @@
 //! The part of a stress that comes from the deformation gradient.
 
-use super::isotropic::{self, Invariants, IsotropicEnergy};
+use super::isotropic::{self, Invariants};
 use super::{LinearElastic, MooneyRivlin, NeoHookean, StVenantKirchhoff, chord};
 use crate::tensor::{CofactorSecant, Tensor, Tensor4, contract, determinant};
 
@@ -168,17 +168,5 @@ impl Solid {
     /// `∂P*/∂F̄`, Pa.
     pub fn conserving_tangent<const D: usize>(&self, step: &CofactorSecant<D>) -> Tensor4<D> {
         isotropic!(self, law => law.tangent(), law => isotropic::conserving_tangent(law, step))
-    }
-}
-
-impl SolidLaw {
-    /// The energy of a set of invariants, J/m³; `None` for linear elasticity, which has none.
-    pub fn isotropic(&self) -> Option<&dyn IsotropicEnergy> {
-        match self {
-            Self::LinearElastic(_) => None,
-            Self::StVenantKirchhoff(law) => Some(law),
-            Self::NeoHookean(law) => Some(law),
-            Self::MooneyRivlin(law) => Some(law),
-        }
     }
 }

@@ -20,6 +20,13 @@ pub struct Energies {
     pub hourglass: f64,
 }
 
+impl Energies {
+    /// All of it, J.
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.internal + self.hourglass
+    }
+}
+
 /// Sums over particles in chunks of this length, in order: independent of the number of threads.
 const CHUNK: usize = 1024;
 
@@ -215,14 +222,9 @@ impl<const D: usize> Model<D> {
         stress
     }
 
-    /// Von Mises stress of every particle, Pa.
-    pub fn von_mises_stresses(&self, state: &[f64]) -> Vec<f64> {
-        let of = |a: usize| {
-            let stress = self.cauchy_stress(state, a);
-            let deviator = stress - Tensor::<3>::identity() * (stress.trace() / 3.0);
-            (1.5 * deviator.norm_squared()).sqrt()
-        };
-        (0..self.particles()).map(of).collect()
+    /// [`cauchy_stress`](Self::cauchy_stress) of every particle.
+    pub fn cauchy_stresses(&self, state: &[f64]) -> Vec<Tensor<3>> {
+        (0..self.particles()).map(|a| self.cauchy_stress(state, a)).collect()
     }
 
     /// Deformation gradient of a particle.

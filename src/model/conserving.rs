@@ -25,7 +25,7 @@ use nicolson_solvers::time::{ConservingSystem, StageSystem, System};
 use super::Model;
 use super::evaluation::{Failure, Point};
 use crate::setup::{CofactorChoice, Constraint};
-use crate::tensor::{CofactorSecant, Tensor, cofactor, contract, determinant};
+use crate::tensor::{CofactorSecant, Tensor, Tensor4, cofactor, contract, determinant, tensor4_of};
 
 /// Configuration of a particle at the start of a conserving step.
 #[derive(Debug, Clone, Copy)]
@@ -80,20 +80,20 @@ impl<const D: usize> Model<D> {
         if finite && solid.iter().all(|value| value.is_finite()) { Ok(solid) } else { Err(Failure::NotFinite) }
     }
 
-    /// `∂P*/∂F̄ : A` of the part of J.
-    pub(super) fn conserving_variation(
+    /// `∂P*/∂F̄` of the part of J.
+    pub(super) fn conserving_tangent(
         &self,
         a: usize,
         start: &StepStart<D>,
-        point: &Point<D>,
-        direction: &Tensor<D>,
-    ) -> Tensor<D> {
-        // The evaluation before this one has been inside the domain.
-        let Some(secant) = start.secant(&point.deformation) else { return Tensor::zeros() };
-        // δF₁ = 2 δF̄.
-        let det_variation = 2.0 * contract(&cofactor(&secant.end), direction);
-        let (slope, by_end) = self.material(a).discrete_slope(start.volume_ratio, point.volume_ratio);
-        (secant.value * (by_end * start.ratio * det_variation) + secant.variation(direction) * slope) * start.ratio
+        secant: &CofactorSecant<D>,
+        volume_ratio: f64,
+    ) -> Tensor4<D> {
+        let (slope, by_end) = self.material(a).discrete_slope(start.volume_ratio, volume_ratio);
+        let by_determinant = cofactor(&secant.end) * (2.0 * by_end * start.ratio);
+        tensor4_of(|direction| {
+            // δF₁ = 2 δF̄.
+            (secant.value * contract(&by_determinant, direction) + secant.variation(direction) * slope) * start.ratio
+        })
     }
 }
 

@@ -166,22 +166,34 @@ impl<const D: usize> Model<D> {
         } else {
             Tensor::zeros()
         };
-        let start = self.stage.start.get(a);
-        let mut stress_by_gradient = tensor4_of(|direction| {
-            if let Some(start) = start {
-                let variation = self.conserving_variation(a, start, &point, direction);
-                return if stress { variation * volume } else { Tensor::zeros() };
-            }
-            let direct = if stress { along(direction) * (-point.pressure * volume) } else { Tensor::zeros() };
-            if eliminated { direct + stress_by_volume * contract(&chain, direction) } else { direct }
-        });
-        if stress && let Some(solid) = &material.solid {
+        let mut stress_by_gradient = [[Tensor::zeros(); D]; D];
+        if stress {
             // A point without a tangent has no stress either, and was refused when it was evaluated.
-            let tangent = match start {
-                Some(start) => start.secant(&point.deformation).map(|step| solid.conserving_tangent(&step)),
-                None => solid.tangent(&point.deformation),
-            };
-            tangent.iter().for_each(|tangent| add4(&mut stress_by_gradient, tangent, volume));
+            let start = self.stage.start.get(a).and_then(|start| Some((start, start.secant(&point.deformation)?)));
+            if material.evolves_volume() {
+                stress_by_gradient = match &start {
+                    Some((start, step)) => self.conserving_tangent(a, start, step, point.volume_ratio),
+                    None => tensor4_of(|direction| along(direction) * -point.pressure),
+                };
+                for entry in stress_by_gradient.iter_mut().flatten() {
+                    *entry *= volume;
+                }
+                if eliminated && start.is_none() {
+                    // P depends on F through J, too: ∂P/∂J ⊗ ∂J/∂F.
+                    for (i, row) in stress_by_gradient.iter_mut().enumerate() {
+                        for (j, entry) in row.iter_mut().enumerate() {
+                            *entry += chain * stress_by_volume[(i, j)];
+                        }
+                    }
+                }
+            }
+            if let Some(solid) = &material.solid {
+                let tangent = match &start {
+                    Some((_, step)) => Some(solid.conserving_tangent(step)),
+                    None => solid.tangent(&point.deformation),
+                };
+                tangent.iter().for_each(|tangent| add4(&mut stress_by_gradient, tangent, volume));
+            }
         }
         if stress && let Some(viscosity) = &material.viscosity {
             let (by_deformation, _) = viscosity.tangents(&point.deformation, &point.velocity_gradient);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::model::Model;
 use crate::output::{ColourMap, Frame, OutOfPlane, OutputError, ParticlePlot, Precision, Series, Tensor};
 use crate::scene::settings::OutputField;
-use crate::tensor::Tensor as SmallTensor;
+use crate::tensor::{Tensor as SmallTensor, von_mises};
 
 /// Names of frames: prefix, number, suffix.
 const PREFIX: &str = "fields-";
@@ -63,14 +63,12 @@ impl Frames {
             Vec::new()
         };
         let solids = model.has_solids();
-        let wanted = |field: OutputField| solids && self.fields.contains(&field);
-        let stresses: Vec<f64> = if wanted(OutputField::Stress) {
-            // Symmetric: rows are columns.
-            (0..model.particles()).flat_map(|a| model.cauchy_stress(state, a).as_slice().to_vec()).collect()
-        } else {
-            Vec::new()
-        };
-        let von_mises = if wanted(OutputField::VonMises) { model.von_mises_stresses(state) } else { Vec::new() };
+        let stresses = [OutputField::Stress, OutputField::VonMises];
+        let wanted = solids && self.fields.iter().any(|field| stresses.contains(field));
+        let cauchy = if wanted { model.cauchy_stresses(state) } else { Vec::new() };
+        // Symmetric: rows are columns.
+        let stresses: Vec<f64> = cauchy.iter().flat_map(|stress| stress.iter().copied()).collect();
+        let von_mises: Vec<f64> = cauchy.iter().map(von_mises).collect();
         let mut frame = Frame {
             time,
             dim: D,
@@ -121,7 +119,7 @@ pub fn draw_particles<const D: usize>(
 ) -> Result<[PathBuf; 2], OutputError> {
     let positions = current_positions(model, state);
     let (values, label) = if model.has_solids() {
-        (model.von_mises_stresses(state), "von Mises stress [Pa]")
+        (model.cauchy_stresses(state).iter().map(von_mises).collect(), "von Mises stress [Pa]")
     } else {
         (model.pressures(state), "pressure [Pa]")
     };

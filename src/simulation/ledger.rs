@@ -188,7 +188,7 @@ impl Ledger {
         self.entry.kinetic = energies.kinetic;
         self.entry.internal = energies.internal;
         self.entry.hourglass = energies.hourglass;
-        self.entry.total = energies.kinetic + energies.internal + energies.hourglass - self.entry.external;
+        self.entry.total = energies.total() - self.entry.external;
         self.internal = self.internal.max(energies.internal);
         self.hourglass = self.hourglass.map(|largest| largest.max(energies.hourglass));
     }

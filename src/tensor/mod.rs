@@ -133,6 +133,12 @@ pub fn tensor4_of<const D: usize>(action: impl Fn(&Tensor<D>) -> Tensor<D>) -> T
     out
 }
 
+/// Von Mises norm `√(3/2 s:s)` of the deviator s of a stress.
+pub fn von_mises(stress: &Tensor<3>) -> f64 {
+    let deviator = stress - Tensor::<3>::identity() * (stress.trace() / 3.0);
+    (1.5 * deviator.norm_squared()).sqrt()
+}
+
 /// `T += factor · U`.
 pub fn add4<const D: usize>(t: &mut Tensor4<D>, u: &Tensor4<D>, factor: f64) {
     for (row, other) in t.iter_mut().flatten().zip(u.iter().flatten()) {

@@ -30,6 +30,19 @@ struct Given<'a> {
     lambda: &'a Option<Number>,
 }
 
+/// The five keys of a table; every law with two moduli has them.
+macro_rules! given {
+    ($text:expr) => {
+        Given {
+            youngs: &$text.youngs_modulus,
+            poissons: &$text.poissons_ratio,
+            bulk: &$text.bulk_modulus,
+            shear: &$text.shear_modulus,
+            lambda: &$text.lame_lambda,
+        }
+    };
+}
+
 const WAYS: &str = "give `youngs_modulus` and `poissons_ratio`, or `bulk_modulus` and `shear_modulus`, or `lame_lambda` \
                     and `shear_modulus`";
 
@@ -115,15 +128,8 @@ pub(super) fn elastic<const D: usize>(
     table: Span,
     findings: &mut Findings<'_>,
 ) -> Option<Material> {
-    let given = Given {
-        youngs: &text.youngs_modulus,
-        poissons: &text.poissons_ratio,
-        bulk: &text.bulk_modulus,
-        shear: &text.shear_modulus,
-        lambda: &text.lame_lambda,
-    };
     let density = findings.positive(&text.density, "density");
-    let lame = given.lame(table, findings);
+    let lame = given!(text).lame(table, findings);
     let transverse = transverse::<D>(text.transverse.as_ref(), findings);
     let viscosity = viscosity(&text.shear_viscosity, &text.bulk_viscosity, findings);
     let (density, lame, transverse) = (density?, lame?, transverse?);
@@ -148,15 +154,8 @@ pub(super) fn neo_hookean<const D: usize>(
     table: Span,
     findings: &mut Findings<'_>,
 ) -> Option<Material> {
-    let given = Given {
-        youngs: &text.youngs_modulus,
-        poissons: &text.poissons_ratio,
-        bulk: &text.bulk_modulus,
-        shear: &text.shear_modulus,
-        lambda: &text.lame_lambda,
-    };
     let density = findings.positive(&text.density, "density");
-    let lame = given.lame(table, findings);
+    let lame = given!(text).lame(table, findings);
     let transverse = transverse::<D>(text.transverse.as_ref(), findings);
     let viscosity = viscosity(&text.shear_viscosity, &text.bulk_viscosity, findings);
     let (density, lame, transverse) = (density?, lame?, transverse?);
@@ -188,15 +187,8 @@ pub(super) fn nearly_incompressible(
     table: Span,
     findings: &mut Findings<'_>,
 ) -> Option<Material> {
-    let given = Given {
-        youngs: &text.youngs_modulus,
-        poissons: &text.poissons_ratio,
-        bulk: &text.bulk_modulus,
-        shear: &text.shear_modulus,
-        lambda: &text.lame_lambda,
-    };
     let density = findings.positive(&text.density, "density");
-    let lame = given.lame(table, findings);
+    let lame = given!(text).lame(table, findings);
     let gamma = text.gamma.as_ref().map(|gamma| findings.within(gamma, "gamma", "at least 1", |gamma| gamma >= 1.0));
     let viscosity = viscosity(&text.shear_viscosity, &text.bulk_viscosity, findings);
     let (density, lame) = (density?, lame?);
