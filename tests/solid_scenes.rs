@@ -74,6 +74,18 @@ fn mistakes_are_located_with_a_remedy() {
     }
 }
 
+#[test]
+fn rough_pressures_are_announced() {
+    let warned = |ratio: f64, rest: &str| {
+        let law = format!("neo_hookean = {{ density = 1.0, youngs_modulus = 1e6, poissons_ratio = {ratio} }}");
+        let scene = format!("{rest}{}", text(&law, DYNAMIC));
+        let scene = Scene::parse(&scene, "scene.toml", Path::new("."), &[]).expect("readable");
+        prepare::<2>(&scene).expect("possible").warnings.iter().any(|warning| warning.contains("nearly incompressible"))
+    };
+    assert!(warned(0.49, "") && warned(0.4999, ""));
+    assert!(!warned(0.45, "") && !warned(0.4999, "hourglass = 0.1\n"));
+}
+
 /// What only the whole scene shows to be impossible.
 #[test]
 fn impossible_combinations_are_refused_before_the_first_step() {
