@@ -25,14 +25,20 @@ mod error;
 mod history;
 mod legend;
 mod panels;
+mod particle_sizes;
 mod particles;
 mod picture;
 mod plot;
 mod pvd;
+mod quantity;
 mod report;
 mod report_parts;
+mod splat;
+mod stored_frame;
+mod stored_run;
 mod table;
 mod text;
+mod view;
 mod vtu;
 
 pub use atomic::{prepare_directory, write_atomically};
@@ -40,12 +46,16 @@ pub use colour::ColourMap;
 pub use error::OutputError;
 pub use history::{HistoryColumns, ProbeColumns};
 pub use panels::{Cell, Panel, Panels, Tone};
-pub use particles::ParticlePlot;
+pub use particles::{Extent, ParticlePlot};
 pub use plot::{LinePlot, LineSeries, Style};
 pub use pvd::Series;
+pub use quantity::Quantity;
 pub use report::{REPORT_FILE, Report};
 pub use report_parts::{
     BalanceWork, EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps, WallSeconds,
 };
+pub use stored_frame::{StoredField, StoredFrame};
+pub use stored_run::StoredRun;
 pub use table::Table;
+pub use view::View;
 pub use vtu::{Frame, OutOfPlane, Precision, Tensor};

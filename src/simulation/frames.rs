@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use crate::model::Model;
-use crate::output::{ColourMap, Frame, OutOfPlane, OutputError, ParticlePlot, Precision, Series, Tensor};
+use crate::output::{Frame, OutOfPlane, OutputError, ParticlePlot, Precision, Series, Tensor};
 use crate::scene::settings::OutputField;
 use crate::tensor::{Tensor as SmallTensor, von_mises};
 
@@ -82,6 +82,7 @@ impl Frames {
             match field {
                 OutputField::Pressure => frame.scalars.push(("pressure", Cow::Borrowed(&pressures[..]))),
                 OutputField::Jacobian => frame.scalars.push(("jacobian", Cow::Borrowed(model.volume_ratios(state)))),
+                OutputField::Volume => frame.scalars.push(("volume", Cow::Owned(current_volumes(model, state)))),
                 OutputField::Velocity => frame.vectors.push(("velocity", Cow::Borrowed(model.velocities_of(state)))),
                 OutputField::Displacement => {
                     frame.vectors.push(("displacement", Cow::Borrowed(model.displacements(state))));
@@ -130,12 +131,17 @@ pub fn draw_particles<const D: usize>(
         positions: &positions,
         values: &values,
         label,
-        spacing: model.setup().bodies.first().map_or(1.0, |body| body.spacing),
-        colours: ColourMap::default(),
+        volumes: &current_volumes(model, state),
+        ..ParticlePlot::default()
     }
     .write(path_without_extension)
 }
 
 fn current_positions<const D: usize>(model: &Model<D>, state: &[f64]) -> Vec<f64> {
     (0..model.particles()).flat_map(|a| model.position(state, a).iter().copied().collect::<Vec<_>>()).collect()
+}
+
+/// V J, m^D.
+fn current_volumes<const D: usize>(model: &Model<D>, state: &[f64]) -> Vec<f64> {
+    model.setup().particles.volumes.iter().zip(model.volume_ratios(state)).map(|(volume, ratio)| volume * ratio).collect()
 }
