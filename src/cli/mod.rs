@@ -7,6 +7,7 @@ mod check;
 mod console;
 mod jacobian;
 mod list;
+mod render;
 mod run;
 
 use std::ffi::OsString;
@@ -71,6 +72,8 @@ enum Command {
         #[arg(long, value_name = "FILE.mtx")]
         export_tangent: Option<PathBuf>,
     },
+    /// Draw frames of a run: a picture (PNG, SVG) or an animation (GIF).
+    Render(render::RenderArguments),
     /// List schemes, solvers, laws and kernels, and the scenes of a directory.
     List {
         /// Directory with scene files.
@@ -114,6 +117,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Jacobian { scene, json, export_tangent } => {
             on_scene(&scene, |loaded| jacobian::jacobian(loaded, json, export_tangent.as_deref()))
         }
+        Command::Render(arguments) => render::render(arguments),
         Command::List { directory } => list::list(&directory),
     }
 }

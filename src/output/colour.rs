@@ -90,6 +90,12 @@ pub(super) fn scaled(RGBColor(red, green, blue): RGBColor, factor: f64) -> RGBCo
     RGBColor(dim(red), dim(green), dim(blue))
 }
 
+/// The same colour half way to white.
+pub(super) fn mixed_with_white(RGBColor(red, green, blue): RGBColor) -> RGBColor {
+    let lift = |channel: u8| channel / 2 + 0x7f;
+    RGBColor(lift(red), lift(green), lift(blue))
+}
+
 /// The colours of a map at `count` places evenly from its low to its high end.
 pub(super) fn samples(signed: bool, count: usize) -> impl Iterator<Item = RGBColor> {
     (0..count).map(move |at| colour(signed, at as f64 / (count.max(2) - 1) as f64))

@@ -14,6 +14,7 @@
 //! that name the path and the remedy. All files but the growing tables are complete or absent
 //! ([`write_atomically`]), and the same data always give the same bytes.
 
+mod animation;
 mod appended;
 mod atomic;
 mod axis;
@@ -31,6 +32,7 @@ mod picture;
 mod plot;
 mod pvd;
 mod quantity;
+mod render;
 mod report;
 mod report_parts;
 mod splat;
@@ -50,6 +52,7 @@ pub use particles::{Extent, ParticlePlot};
 pub use plot::{LinePlot, LineSeries, Style};
 pub use pvd::Series;
 pub use quantity::Quantity;
+pub use render::{FrameChoice, Rendering};
 pub use report::{REPORT_FILE, Report};
 pub use report_parts::{
     BalanceWork, EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps, WallSeconds,
