@@ -76,6 +76,8 @@ pub struct Extent {
     pub seen: [(f64, f64); 2],
     /// Smallest and largest value.
     pub values: (f64, f64),
+    /// Edge of most particles, m.
+    pub edge: f64,
 }
 
 /// A particle on the page of a plane or projected picture.
@@ -198,7 +200,9 @@ impl ParticlePlot<'_> {
     /// `bounds` are those of the whole series: perspective depends on them.
     pub fn extent(&self, known: Option<Extent>, bounds: [(f64, f64); 3]) -> Extent {
         let nothing = (f64::INFINITY, f64::NEG_INFINITY);
-        let mut extent = known.unwrap_or(Extent { bounds, seen: [nothing; 2], values: nothing });
+        let sizes = || Sizes::new(self.dim, self.volumes, self.spacing, self.positions);
+        let mut extent =
+            known.unwrap_or_else(|| Extent { bounds, seen: [nothing; 2], values: nothing, edge: sizes().typical });
         let join = |range: &mut (f64, f64), value: f64| *range = (range.0.min(value), range.1.max(value));
         if self.dim > 1 {
             for particle in self.project(&Camera::new(&self.view, &bounds), &Sizes::none()) {
@@ -230,7 +234,10 @@ impl ParticlePlot<'_> {
         let space = self.dim == 3;
         let bounds: Bounds = self.frame.map_or_else(|| self.bounds(None), |frame| frame.bounds);
         let camera = Camera::new(&self.view, &bounds);
-        let sizes = Sizes::new(self.dim, self.volumes, self.spacing, self.positions);
+        let mut sizes = Sizes::new(self.dim, self.volumes, self.spacing, self.positions);
+        if let Some(frame) = self.frame {
+            sizes.usual = frame.edge;
+        }
         let mut particles = self.project(&camera, &sizes);
         // Stable, so that the picture does not depend on the sorting of equals.
         particles.sort_by(|a, b| a.depth.total_cmp(&b.depth));
@@ -243,7 +250,7 @@ impl ParticlePlot<'_> {
         let seen = if space { seen } else { [0, 1].map(|axis| join(seen[axis], bounds[axis])) };
         let (horizontal, vertical) = (usable(seen[0]), usable(seen[1]));
         let grown = |(low, high): (f64, f64), margin: f64| (low - margin, high + margin);
-        let margin = 0.7 * sizes.typical + 0.03 * (horizontal.1 - horizontal.0).max(vertical.1 - vertical.0);
+        let margin = 0.7 * sizes.usual + 0.03 * (horizontal.1 - horizontal.0).max(vertical.1 - vertical.0);
         let (horizontal, vertical) = (grown(horizontal, margin), grown(vertical, margin));
 
         // The y axis decides how much room there is, and the room decides the range of the y axis; the

@@ -164,7 +164,7 @@ impl Source<'_> {
     fn load(&self, index: usize) -> Result<Loaded, OutputError> {
         let frame = self.run.frame(index)?;
         let positions = self.run.positions(&frame)?;
-        let volumes = frame.field("volume")?.map_or_else(Vec::new, |field| field.values);
+        let volumes = self.run.drawn_volumes(&frame)?;
         let reference = if self.rendering.reference { self.reference(&frame, &positions)? } else { Vec::new() };
         Ok(Loaded { time: frame.time(), values: self.quantity.values(&frame)?, positions, volumes, reference })
     }
@@ -213,7 +213,7 @@ impl Source<'_> {
         for &index in chosen {
             extent = Some(self.plot(&self.load(index)?, None).extent(extent, bounds));
         }
-        Ok(extent.unwrap_or(Extent { bounds, seen: [(0.0, 1.0); 2], values: (0.0, 1.0) }))
+        Ok(extent.unwrap_or(Extent { bounds, seen: [(0.0, 1.0); 2], values: (0.0, 1.0), edge: 1.0 }))
     }
 
     fn animation(&self, chosen: &[usize], extent: Option<Extent>, out: &Path) -> Result<(), OutputError> {

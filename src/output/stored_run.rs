@@ -5,11 +5,14 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+use super::particle_sizes::uncut;
 use super::stored_frame::{StoredFrame, unescaped};
 use super::{OutputError, REPORT_FILE};
 
 /// The index of the frames.
 const INDEX: &str = "fields.pvd";
+/// The field that tells the size of particles.
+const VOLUME: &str = "volume";
 
 /// A run that is read back from its directory.
 #[derive(Debug, Clone)]
@@ -19,6 +22,8 @@ pub struct StoredRun {
     title: String,
     dim: usize,
     scene: String,
+    /// What volumes are multiplied by to get the sizes of particles.
+    uncut: Vec<f64>,
 }
 
 impl StoredRun {
@@ -48,7 +53,11 @@ impl StoredRun {
             None => flat_dimension(&first.positions()?),
         };
         let title = title.map(str::to_owned).unwrap_or_else(|| name_of(directory));
-        Ok(Self { directory: directory.to_path_buf(), frames, title, dim, scene })
+        let mut run = Self { directory: directory.to_path_buf(), frames, title, dim, scene, uncut: Vec::new() };
+        if let Some(volumes) = first.field(VOLUME)? {
+            run.uncut = uncut(dim, &run.positions(&first)?, &volumes.values);
+        }
+        Ok(run)
     }
 
     /// The directory.
@@ -86,6 +95,17 @@ impl StoredRun {
             OutputError::request(what, format!("it has frames 0 to {}", self.frames.len().saturating_sub(1)))
         })?;
         StoredFrame::read(path)
+    }
+
+    /// Volumes of a frame in m^dim as they are drawn: of particles on a boundary with the part beyond it. Empty if the
+    /// frame has none.
+    ///
+    /// # Errors
+    /// [`OutputError::Malformed`] if they are damaged.
+    pub(super) fn drawn_volumes(&self, frame: &StoredFrame) -> Result<Vec<f64>, OutputError> {
+        let Some(volumes) = frame.field(VOLUME)? else { return Ok(Vec::new()) };
+        let factors = self.uncut.iter().copied().chain(std::iter::repeat(1.0));
+        Ok(volumes.values.iter().zip(factors).map(|(volume, factor)| volume * factor).collect())
     }
 
     /// Positions of a frame in m: `dim` components per particle.

@@ -82,7 +82,7 @@ impl Frames {
             match field {
                 OutputField::Pressure => frame.scalars.push(("pressure", Cow::Borrowed(&pressures[..]))),
                 OutputField::Jacobian => frame.scalars.push(("jacobian", Cow::Borrowed(model.volume_ratios(state)))),
-                OutputField::Volume => frame.scalars.push(("volume", Cow::Owned(current_volumes(model, state)))),
+                OutputField::Volume => frame.scalars.push(("volume", Cow::Owned(current(&model.setup().particles.volumes, model.volume_ratios(state))))),
                 OutputField::Velocity => frame.vectors.push(("velocity", Cow::Borrowed(model.velocities_of(state)))),
                 OutputField::Displacement => {
                     frame.vectors.push(("displacement", Cow::Borrowed(model.displacements(state))));
@@ -119,6 +119,8 @@ pub fn draw_particles<const D: usize>(
     path_without_extension: &Path,
 ) -> Result<[PathBuf; 2], OutputError> {
     let positions = current_positions(model, state);
+    // Of particles on a boundary with the part beyond it: they are as large as the others.
+    let volumes = current(&model.setup().particles.kernel_volumes, model.volume_ratios(state));
     let (values, label) = if model.has_solids() {
         (model.cauchy_stresses(state).iter().map(von_mises).collect(), "von Mises stress [Pa]")
     } else {
@@ -131,7 +133,7 @@ pub fn draw_particles<const D: usize>(
         positions: &positions,
         values: &values,
         label,
-        volumes: &current_volumes(model, state),
+        volumes: &volumes,
         ..ParticlePlot::default()
     }
     .write(path_without_extension)
@@ -142,6 +144,6 @@ fn current_positions<const D: usize>(model: &Model<D>, state: &[f64]) -> Vec<f64
 }
 
 /// V J, m^D.
-fn current_volumes<const D: usize>(model: &Model<D>, state: &[f64]) -> Vec<f64> {
-    model.setup().particles.volumes.iter().zip(model.volume_ratios(state)).map(|(volume, ratio)| volume * ratio).collect()
+fn current(volumes: &[f64], ratios: &[f64]) -> Vec<f64> {
+    volumes.iter().zip(ratios).map(|(volume, ratio)| volume * ratio).collect()
 }

@@ -144,6 +144,19 @@
     return looking.zoom * 0.92 * Math.min(canvas.width / Math.max(wide, 1e-30), canvas.height / tall);
   }
 
+  // Low and high end of the colours: of all frames, or of this one.
+  function range() {
+    const chosen = data.fields[field];
+    if (!element("own").checked) return [chosen.low, chosen.high];
+    let low = Infinity, high = -Infinity;
+    for (const value of frame(now).subarray((data.dim + field) * data.count, (data.dim + field + 1) * data.count)) {
+      if (Math.abs(value) < 1e30) { low = Math.min(low, value); high = Math.max(high, value); }
+    }
+    if (low > high) return [0, 1];
+    const most = Math.max(Math.abs(low), Math.abs(high));
+    return chosen.signed ? [-most, most] : [low, high];
+  }
+
   function draw() {
     const density = window.devicePixelRatio || 1;
     const width = Math.max(1, Math.round(canvas.clientWidth * density));
@@ -159,8 +172,10 @@
     gl.uniform2f(uniform("scale"), 2 * pixels / width, 2 * pixels / height);
     gl.uniform1f(uniform("eye"), space && element("perspective").checked ? 3.5 * radius : 0);
     gl.uniform1f(uniform("radius"), radius);
-    const high = chosen.high > chosen.low ? chosen.high : chosen.low + (Math.abs(chosen.low) || 1);
-    gl.uniform2f(uniform("range"), chosen.low, high);
+    const [low, top] = range();
+    gl.uniform2f(uniform("range"), low, top > low ? top : low + (Math.abs(low) || 1));
+    element("legend-low").textContent = short(low);
+    element("legend-high").textContent = short(top);
     const size = Number(element("size").value) * pixels;
     const pass = (look, factor, line) => {
       gl.uniform1i(uniform("look"), look);
@@ -212,8 +227,6 @@
     for (let i = 0; i < 256; i++) image.data.set(map.subarray(4 * (255 - i), 4 * (256 - i)), 4 * i);
     bar.putImageData(image, 0, 0);
     element("legend-label").textContent = chosen.label;
-    element("legend-low").textContent = short(chosen.low);
-    element("legend-high").textContent = short(chosen.high);
     showFrame(now);
   }
 
@@ -233,7 +246,7 @@
   element("scrub").oninput = () => { play(false); showFrame(Number(element("scrub").value)); };
   element("play").onclick = () => play(playing === null);
   element("size").oninput = draw;
-  element("perspective").onchange = draw;
+  element("perspective").onchange = element("own").onchange = draw;
   element("reset").onclick = () => { looking = { ...start, shift: [0, 0] }; draw(); };
   canvas.ondblclick = element("reset").onclick;
   view.onkeydown = (event) => {

@@ -63,7 +63,7 @@ pub(super) fn section(run: &StoredRun, bytes: usize, script: &str) -> Result<Str
     };
 
     let positions = run.positions(&first)?;
-    let volumes = first.field("volume")?.map_or_else(Vec::new, |field| field.values);
+    let volumes = run.drawn_volumes(&first)?;
     let sizes = Sizes::new(dim, &volumes, 0.0, &positions);
     let larger = (thinning.stride as f64).powf(1.0 / dim as f64);
     let edges: Vec<f64> = (0..count).step_by(thinning.stride).map(|at| larger * sizes.of(at)).collect();
@@ -149,7 +149,7 @@ fn quantities(frame: &StoredFrame) -> Result<Vec<Quantity>, OutputError> {
 fn still_picture(run: &StoredRun, frame: &StoredFrame) -> Result<String, OutputError> {
     let quantity = Quantity::choose(frame, None, None)?;
     let (values, label) = (quantity.values(frame)?, quantity.label());
-    let volumes = frame.field("volume")?.map_or_else(Vec::new, |field| field.values);
+    let volumes = run.drawn_volumes(frame)?;
     let picture = ParticlePlot {
         title: run.title(),
         time: frame.time(),
