@@ -64,7 +64,8 @@ fn known_particles_have_their_place_size_and_colour() {
     let directory = tempfile::tempdir().unwrap();
     square(directory.path(), 0, 0.0);
     let out = Some(directory.path().join("a.png"));
-    let rendering = Rendering { field: Some("heat".into()), width: Some(900), height: Some(760), out, ..Rendering::default() };
+    let rendering =
+        Rendering { field: Some("heat".into()), width: Some(900), height: Some(760), out, ..Rendering::default() };
     let pixels = Pixels::read(&render(&rendering, directory.path()));
     assert_eq!((pixels.width, pixels.rgb.len() / 3 / 900), (900, 760));
     // The colour bar, at the right, has these colours too.
@@ -108,7 +109,8 @@ fn an_animation_keeps_its_axes_and_moves_the_body() {
     let directory = tempfile::tempdir().unwrap();
     (0..4).for_each(|number| square(directory.path(), number, 3.0 * number as f64));
     let out = directory.path().join("a.gif");
-    let rendering = Rendering { field: Some("heat".into()), out: Some(out.clone()), rate: Some(10.0), ..Rendering::default() };
+    let rendering =
+        Rendering { field: Some("heat".into()), out: Some(out.clone()), rate: Some(10.0), ..Rendering::default() };
     render(&rendering, directory.path());
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::RGBA);
@@ -131,7 +133,8 @@ fn an_animation_keeps_its_axes_and_moves_the_body() {
     assert!(steps[0] > 20.0 && steps.iter().all(|step| (step - steps[0]).abs() < 1.0), "{steps:?}");
     assert!(places.iter().all(|place| (place.2 - places[0].2).abs() < 0.5 && (place.0 - places[0].0).abs() < 10.0));
     // Numbered pictures instead.
-    let rendering = Rendering { frames: Some(FrameChoice::All), out: Some(directory.path().join("b.svg")), ..rendering };
+    let rendering =
+        Rendering { frames: Some(FrameChoice::All), out: Some(directory.path().join("b.svg")), ..rendering };
     let files = rendering.write(directory.path()).unwrap();
     assert_eq!(files[3], directory.path().join("b-00003.svg"));
     assert!(fs::read_to_string(&files[3]).unwrap().contains("t = 3 s"));

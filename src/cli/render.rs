@@ -55,7 +55,9 @@ fn frame(text: &str) -> Result<FrameChoice, String> {
         "first" => Ok(FrameChoice::One(0)),
         "last" => Ok(FrameChoice::Last),
         "all" => Ok(FrameChoice::All),
-        number => number.parse().map(FrameChoice::One).map_err(|_| "give a number from 0, first, last or all".to_owned()),
+        number => {
+            number.parse().map(FrameChoice::One).map_err(|_| "give a number from 0, first, last or all".to_owned())
+        }
     }
 }
 
@@ -77,8 +79,9 @@ pub fn render(arguments: RenderArguments) -> u8 {
 }
 
 fn rendering(arguments: RenderArguments) -> Result<Rendering, OutputError> {
-    let RenderArguments { field, component, frame, out, view, perspective, width, height, range, reference, rate, .. } =
-        arguments;
+    let RenderArguments {
+        field, component, frame, out, view, perspective, width, height, range, reference, rate, ..
+    } = arguments;
     let mut view = view.as_deref().map(View::parse).transpose()?;
     if perspective {
         view = Some(View { perspective, ..view.unwrap_or_default() });

@@ -134,7 +134,15 @@ mod tests {
     fn frames_read_back_as_they_were() {
         let red = [0xb4, 4, 38];
         let moving = |step: usize| {
-            picture(move |x, y| if x / 5 == step && y > 30 { red } else if y < 3 { [0x20; 3] } else { [0xff; 3] })
+            picture(move |x, y| {
+                if x / 5 == step && y > 30 {
+                    red
+                } else if y < 3 {
+                    [0x20; 3]
+                } else {
+                    [0xff; 3]
+                }
+            })
         };
         let mut file = Vec::new();
         let mut animation = Animation::new(&mut file, (60, 40), true).unwrap();

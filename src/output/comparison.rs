@@ -31,7 +31,8 @@ impl Comparison {
     pub fn write(&self, runs: &[PathBuf]) -> Result<PathBuf, OutputError> {
         let plot = self.plot(runs)?;
         let first = self.probes.iter().chain(&self.quantities).next().map_or("plot", String::as_str);
-        let out = self.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.svg", super::history::file_name(first))));
+        let out =
+            self.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.svg", super::history::file_name(first))));
         check_parent(&out)?;
         plot.write_as(&out)?;
         Ok(out)
@@ -65,7 +66,10 @@ impl Comparison {
             [one] => one.clone(),
             several => {
                 let unit = |label: &String| label.split_once('[').map(|(_, unit)| format!("[{unit}"));
-                let common = several.first().and_then(unit).filter(|own| several.iter().all(|label| unit(label).as_ref() == Some(own)));
+                let common = several
+                    .first()
+                    .and_then(unit)
+                    .filter(|own| several.iter().all(|label| unit(label).as_ref() == Some(own)));
                 common.unwrap_or_default()
             }
         };

@@ -57,7 +57,9 @@ impl HistoryColumns {
             columns.push(("hourglass", &self.hourglass, Style::Dotted));
         }
         columns.push(("total", &self.total, Style::Dashed));
-        let largest = |column: &[f64]| column.iter().map(|value| value.abs()).filter(|value| value.is_finite()).fold(0.0, f64::max);
+        let largest = |column: &[f64]| {
+            column.iter().map(|value| value.abs()).filter(|value| value.is_finite()).fold(0.0, f64::max)
+        };
         let scale = columns.iter().map(|(_, column, _)| largest(column)).fold(0.0, f64::max);
         columns.retain(|(name, column, _)| *name == "total" || largest(column) > INVISIBLE * scale);
         LinePlot {
@@ -167,9 +169,8 @@ mod tests {
 
     #[test]
     fn energies_that_cannot_be_told_from_zero_are_left_out() {
-        let names = |columns: &HistoryColumns| {
-            columns.plot().series.into_iter().map(|series| series.name).collect::<Vec<_>>()
-        };
+        let names =
+            |columns: &HistoryColumns| columns.plot().series.into_iter().map(|series| series.name).collect::<Vec<_>>();
         let t = vec![0.0, 1.0];
         let some = |value: f64| vec![0.0, value];
         let mut columns = HistoryColumns { t, kinetic: some(1.0), internal: some(1e-3), ..HistoryColumns::default() };

@@ -144,7 +144,8 @@ mod tests {
         let volume = |i: i32, count: i32, h: f64| if i == 0 || i == count - 1 { 0.5 * h } else { h };
         let halved: Vec<f64> = (0..900).map(|i| volume(i % 30, 30, 0.2) * volume(i / 30, 30, 0.2)).collect();
         let square: Vec<f64> = (0..900).flat_map(|i| [f64::from(i % 30) * 0.2, f64::from(i / 30) * 0.2]).collect();
-        let whole: Vec<f64> = uncut(2, &square, &halved).iter().zip(&halved).map(|(factor, volume)| factor * volume).collect();
+        let whole: Vec<f64> =
+            uncut(2, &square, &halved).iter().zip(&halved).map(|(factor, volume)| factor * volume).collect();
         assert!(whole.iter().all(|volume| (volume - 0.04).abs() < 1e-12), "{whole:?}");
         assert_eq!(uncut(2, &[1.0, 1.0, f64::NAN, 0.0], &[0.04, 0.04]), [1.0, 1.0]);
         // Small discs cover the plane, large ones show their size.

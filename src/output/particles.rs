@@ -165,7 +165,8 @@ impl ParticlePlot<'_> {
         }
         let count = self.values.len();
         OutputError::check_length(ACTION, path, "positions", self.dim * count, self.positions.len())?;
-        for (name, components, found) in [("volumes", 1, self.volumes.len()), ("reference", self.dim, self.reference.len())]
+        for (name, components, found) in
+            [("volumes", 1, self.volumes.len()), ("reference", self.dim, self.reference.len())]
         {
             if found > 0 {
                 OutputError::check_length(ACTION, path, name, components * count, found)?;
@@ -264,7 +265,9 @@ impl ParticlePlot<'_> {
         let highest = if tall { self.page.1 - top - below } else { HEIGHTS.0 * (page / WIDTH) };
         let room = ((page - left - bar.room()).max(40.0), highest.max(40.0));
         let scale = (room.0 / (horizontal.1 - horizontal.0)).min(room.1 / (vertical.1 - vertical.0));
-        let fitted = |wanted: f64, least: f64, most: f64, exact: bool| if exact { most } else { wanted.clamp(least.min(most), most) };
+        let fitted = |wanted: f64, least: f64, most: f64, exact: bool| {
+            if exact { most } else { wanted.clamp(least.min(most), most) }
+        };
         let width = fitted(scale * (horizontal.1 - horizontal.0), NARROWEST, room.0, self.page.0 > 0.0);
         let height = fitted(scale * (vertical.1 - vertical.0), HEIGHTS.1, room.1, tall);
         let broadened = |(low, high): (f64, f64), length: f64| {

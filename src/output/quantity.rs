@@ -7,8 +7,7 @@ use crate::expression::closest;
 /// What is shown where nothing was chosen: the first of these that a frame has.
 const PREFERRED: [&str; 4] = ["von_mises", "pressure", "jacobian", "displacement"];
 const VECTOR: [&str; 4] = ["magnitude", "x", "y", "z"];
-const TENSOR: [&str; 12] =
-    ["magnitude", "von_mises", "trace", "xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"];
+const TENSOR: [&str; 12] = ["magnitude", "von_mises", "trace", "xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"];
 
 /// A number per particle.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -29,10 +28,12 @@ impl Quantity {
         let names: Vec<&str> = frame.fields().map(|(name, _)| name).collect();
         let chosen = match field {
             Some(field) => field,
-            None => PREFERRED.into_iter().find(|name| names.contains(name)).or(names.first().copied()).ok_or_else(|| {
-                let what = format!("{} has no fields", frame.path().display());
-                OutputError::request(what, "name some in `output.fields` and run the scene again")
-            })?,
+            None => {
+                PREFERRED.into_iter().find(|name| names.contains(name)).or(names.first().copied()).ok_or_else(|| {
+                    let what = format!("{} has no fields", frame.path().display());
+                    OutputError::request(what, "name some in `output.fields` and run the scene again")
+                })?
+            }
         };
         let Some((_, components)) = frame.fields().find(|(name, _)| *name == chosen) else {
             let what = format!("there is no field `{chosen}` in {}", frame.path().display());

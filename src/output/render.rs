@@ -130,10 +130,14 @@ impl Rendering {
         for (name, side) in [("width", self.width), ("height", self.height)] {
             if side.is_some_and(|side| !SIDES.contains(&side)) {
                 let what = format!("a {name} of {} pixels is impossible", side.unwrap_or_default());
-                return Err(OutputError::request(what, format!("choose one from {} to {}", SIDES.start(), SIDES.end())));
+                return Err(OutputError::request(
+                    what,
+                    format!("choose one from {} to {}", SIDES.start(), SIDES.end()),
+                ));
             }
         }
-        if let Some((low, high)) = self.range.filter(|(low, high)| !(low < high && low.abs().max(high.abs()) <= 1e300)) {
+        if let Some((low, high)) = self.range.filter(|(low, high)| !(low < high && low.abs().max(high.abs()) <= 1e300))
+        {
             let what = format!("the range from {low} to {high} is empty");
             return Err(OutputError::request(what, "give a smaller and a larger value"));
         }
@@ -283,7 +287,8 @@ pub(super) fn check_parent(path: &Path) -> Result<(), OutputError> {
 }
 
 fn default_name(quantity: &Quantity, format: Format, index: Option<usize>) -> String {
-    let name: String = quantity.name().chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect();
+    let name: String =
+        quantity.name().chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' }).collect();
     match (format, index) {
         (Format::Gif, _) => format!("{name}.gif"),
         (_, Some(index)) => format!("{name}-{index:05}.png"),

@@ -79,7 +79,8 @@ impl StoredFrame {
         let codes: Vec<u8> = codes.split_whitespace().filter_map(|code| code.parse().ok()).collect();
         let provenance = String::from_utf8_lossy(codes.strip_suffix(&[0]).unwrap_or(&codes)).into_owned();
         let arrays = |name: &str| {
-            let part = header.split(&format!("<{name}")).nth(1).and_then(|rest| rest.split(&format!("</{name}>")).next());
+            let part =
+                header.split(&format!("<{name}")).nth(1).and_then(|rest| rest.split(&format!("</{name}>")).next());
             part.map(|part| part.split("<DataArray").skip(1).filter_map(declaration).collect::<Vec<_>>())
         };
         let fields = arrays("PointData").ok_or_else(|| malformed("it has no fields"))?;

@@ -64,7 +64,10 @@ impl StoredTable {
     pub fn column(&self, name: &str) -> Result<&[f64], OutputError> {
         self.get(name).ok_or_else(|| {
             let known: Vec<&str> = self.names.iter().skip(1).map(String::as_str).collect();
-            OutputError::request(format!("there is no column `{name}` in {}", self.path.display()), remedy(name, &known))
+            OutputError::request(
+                format!("there is no column `{name}` in {}", self.path.display()),
+                remedy(name, &known),
+            )
         })
     }
 }
@@ -82,7 +85,10 @@ mod tests {
             StoredTable::read(&path)
         };
         let table = read("t,\"a, b\",c\n0,1,2\n1,NaN,-inf\n2,3").unwrap();
-        assert_eq!((table.rows(), table.get("a, b").unwrap()[0], table.get("c").unwrap()[1]), (2, 1.0, f64::NEG_INFINITY));
+        assert_eq!(
+            (table.rows(), table.get("a, b").unwrap()[0], table.get("c").unwrap()[1]),
+            (2, 1.0, f64::NEG_INFINITY)
+        );
         assert_eq!(read("t,kinetic\n0,1\n1,2e").unwrap().rows(), 1);
         assert!(read("t,c\n0,1\nx,2\n3,4\n").unwrap_err().to_string().contains("row 2 is not 2 numbers"));
         assert_eq!(read("").unwrap().rows(), 0);

@@ -105,7 +105,8 @@ pub(super) struct Seen {
 
 impl Camera {
     pub(super) fn new(view: &View, bounds: &Bounds) -> Self {
-        let usable = |&(low, high): &(f64, f64)| if low <= high { (0.5 * (low + high), 0.5 * (high - low)) } else { (0.0, 0.0) };
+        let usable =
+            |&(low, high): &(f64, f64)| if low <= high { (0.5 * (low + high), 0.5 * (high - low)) } else { (0.0, 0.0) };
         let [x, y, z] = [usable(&bounds[0]), usable(&bounds[1]), usable(&bounds[2])];
         let radius = x.1.hypot(y.1).hypot(z.1);
         let distance = if view.perspective && radius > 0.0 { DISTANCE * radius } else { f64::INFINITY };
@@ -126,7 +127,11 @@ impl Camera {
         let at = [x - self.centre[0], y - self.centre[1], z - self.centre[2]];
         let depth = along(towards, at);
         let size = self.distance / (self.distance - depth);
-        (depth < 0.9 * self.distance).then(|| Seen { place: (size * along(right, at), size * along(up, at)), depth, size })
+        (depth < 0.9 * self.distance).then(|| Seen {
+            place: (size * along(right, at), size * along(up, at)),
+            depth,
+            size,
+        })
     }
 }
 

@@ -82,7 +82,10 @@ impl Frames {
             match field {
                 OutputField::Pressure => frame.scalars.push(("pressure", Cow::Borrowed(&pressures[..]))),
                 OutputField::Jacobian => frame.scalars.push(("jacobian", Cow::Borrowed(model.volume_ratios(state)))),
-                OutputField::Volume => frame.scalars.push(("volume", Cow::Owned(current(&model.setup().particles.volumes, model.volume_ratios(state))))),
+                OutputField::Volume => frame.scalars.push((
+                    "volume",
+                    Cow::Owned(current(&model.setup().particles.volumes, model.volume_ratios(state))),
+                )),
                 OutputField::Velocity => frame.vectors.push(("velocity", Cow::Borrowed(model.velocities_of(state)))),
                 OutputField::Displacement => {
                     frame.vectors.push(("displacement", Cow::Borrowed(model.displacements(state))));

@@ -142,8 +142,8 @@ impl Found {
     /// An entry of the report by its keys; `Null` if there is none.
     fn entry(&self, keys: &[&str]) -> &Value {
         const NOTHING: &Value = &Value::Null;
-        self.report.as_ref().map_or(NOTHING, |report| {
-            keys.iter().try_fold(report, |value, key| value.get(key)).unwrap_or(NOTHING)
-        })
+        self.report
+            .as_ref()
+            .map_or(NOTHING, |report| keys.iter().try_fold(report, |value, key| value.get(key)).unwrap_or(NOTHING))
     }
 }

@@ -69,11 +69,8 @@ pub(super) fn summary(found: &Found, title: &str) -> String {
 pub(super) fn energy(found: &Found) -> Result<String, OutputError> {
     let mut rows: Vec<(String, String)> = Vec::new();
     let entry = |key: &str| found.entry(&["energy", key]).as_f64();
-    for (key, name) in [
-        ("initial", "total at the start"),
-        ("final", "total at the end"),
-        ("dissipated", "dissipated"),
-    ] {
+    for (key, name) in [("initial", "total at the start"), ("final", "total at the end"), ("dissipated", "dissipated")]
+    {
         rows.extend(entry(key).map(|value| (name.to_owned(), format!("{} J", readable(value, 8)))));
     }
     for (key, name) in [
@@ -209,7 +206,8 @@ pub(super) fn outcomes(found: &Found) -> String {
     if !errors.is_empty() {
         html += "<h3>errors against the exact solution</h3>\n<table>\n<tr><th></th><th>L1</th><th>L2</th><th>L∞</th></tr>\n";
         for (field, norms) in errors {
-            let norm = |key: &str| norms[key].as_f64().map_or_else(|| "not finite".to_owned(), |norm| readable(norm, 4));
+            let norm =
+                |key: &str| norms[key].as_f64().map_or_else(|| "not finite".to_owned(), |norm| readable(norm, 4));
             let cells = ["l1", "l2", "linf"].map(|key| format!("<td>{}</td>", norm(key))).concat();
             let _ = writeln!(html, "<tr><th>{}</th>{cells}</tr>", escaped(&words(field)));
         }
@@ -217,7 +215,8 @@ pub(super) fn outcomes(found: &Found) -> String {
     }
     let probes: Vec<_> = found.entry(&["probes"]).as_object().into_iter().flatten().collect();
     if !probes.is_empty() {
-        html += "<h3>probes at the end</h3>\n<table>\n<tr><th></th><th>displacement [m]</th><th>velocity [m/s]</th></tr>\n";
+        html +=
+            "<h3>probes at the end</h3>\n<table>\n<tr><th></th><th>displacement [m]</th><th>velocity [m/s]</th></tr>\n";
         for (name, state) in probes {
             let list = |key: &str| {
                 let numbers = state[key].as_array().into_iter().flatten();

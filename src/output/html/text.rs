@@ -36,7 +36,8 @@ pub(super) fn table(rows: &[(String, String)]) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    let row = |(name, value): &(String, String)| format!("<tr><th>{}</th><td>{}</td></tr>\n", escaped(name), escaped(value));
+    let row =
+        |(name, value): &(String, String)| format!("<tr><th>{}</th><td>{}</td></tr>\n", escaped(name), escaped(value));
     format!("<table>\n{}</table>\n", rows.iter().map(row).collect::<String>())
 }
 
@@ -80,9 +81,9 @@ mod tests {
     fn nothing_breaks_out_of_its_place() {
         assert_eq!(escaped("a<b & \"c\"\u{7}"), "a&lt;b &amp; &quot;c&quot;\u{fffd}");
         assert!(!embedded(&serde_json::json!({"title": "</script><b>"})).contains('<'));
-        assert_eq!(rows(&serde_json::json!({"a_b": 3, "c": null, "d": [1], "e": 0.25}))[..2], [
-            ("a b".to_owned(), "3".to_owned()),
-            ("e".to_owned(), "0.25".to_owned())
-        ]);
+        assert_eq!(
+            rows(&serde_json::json!({"a_b": 3, "c": null, "d": [1], "e": 0.25}))[..2],
+            [("a b".to_owned(), "3".to_owned()), ("e".to_owned(), "0.25".to_owned())]
+        );
     }
 }

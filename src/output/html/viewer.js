@@ -17,7 +17,7 @@
     view.dataset.state = "picture";
   }
 
-  const gl = canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
+  const gl = canvas.getContext("webgl2", { alpha: false, antialias: true, preserveDrawingBuffer: true });
   if (!gl) return giveUp("it has no WebGL 2.");
 
   const vertexSource = `#version 300 es
@@ -52,8 +52,10 @@
       vec3 base = flawed > 0.5 ? vec3(1.0, 0.0, 1.0) : texture(map, vec2(at * 255.0 / 256.0 + 0.5 / 256.0, 0.5)).rgb;
       float z = sqrt(1.0 - off);
       gl_FragDepth = gl_FragCoord.z;
-      if (look == 0) { colour = vec4(base, 1.0); }
-      else if (look == 1) { colour = vec4(0.125, 0.125, 0.125, 1.0); }
+      // The edge of a disc covers part of a pixel.
+      float cover = clamp(0.5 * size * (1.0 - sqrt(off)) + 0.25, 0.0, 1.0);
+      if (look == 0) { colour = vec4(base, cover); }
+      else if (look == 1) { colour = vec4(0.125, 0.125, 0.125, cover); }
       else {
         float lit = dot(vec3(p, z), vec3(-0.36, 0.48, 0.8));
         float light = min(1.0, 0.56 + 0.5 * max(lit, -0.2));
@@ -185,9 +187,12 @@
     };
     if (space) {
       gl.enable(gl.DEPTH_TEST);
+      gl.disable(gl.BLEND);
       pass(2, 1.1, 0);
     } else {
       gl.disable(gl.DEPTH_TEST);
+      gl.enable(gl.BLEND);
+      gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
       // Small discs cover the plane, large ones touch.
       const factor = data.edge * size < 8 * density ? 1.5 : 1;
       pass(1, factor, 1);

@@ -2,6 +2,7 @@
 
 use serde_json::json;
 
+use super::super::OutputError;
 use super::super::canvas::DENSITY;
 use super::super::colour::{ColourMap, samples};
 use super::super::particle_sizes::Sizes;
@@ -11,7 +12,6 @@ use super::super::quantity::Quantity;
 use super::super::stored_frame::StoredFrame;
 use super::super::stored_run::StoredRun;
 use super::super::view::{NO_BOUNDS, has_place, widened};
-use super::super::OutputError;
 use super::text::{self, embedded, escaped};
 
 /// Fields to choose from, at most.
@@ -70,7 +70,8 @@ pub(super) fn section(run: &StoredRun, bytes: usize, script: &str) -> Result<Str
     let same = edges.iter().all(|&edge| (edge - edges[0]).abs() < 1e-6 * edges[0]);
 
     let bounds = widened(NO_BOUNDS, &positions, dim);
-    let centre: Vec<f64> = bounds[..dim].iter().map(|(low, high)| if low <= high { 0.5 * (low + high) } else { 0.0 }).collect();
+    let centre: Vec<f64> =
+        bounds[..dim].iter().map(|(low, high)| if low <= high { 0.5 * (low + high) } else { 0.0 }).collect();
     let (mut reached, mut ranges) = (NO_BOUNDS, vec![(f64::INFINITY, f64::NEG_INFINITY); fields.len()]);
     let (mut times, mut frames) = (Vec::new(), Vec::new());
     for &index in &thinning.frames {
@@ -83,7 +84,8 @@ pub(super) fn section(run: &StoredRun, bytes: usize, script: &str) -> Result<Str
         }
         let positions = keep(&run.positions(&frame)?, dim);
         // 32 bits tell small motions apart only near zero.
-        let relative: Vec<f64> = positions.chunks_exact(dim).flat_map(|at| at.iter().zip(&centre).map(|(x, c)| x - c)).collect();
+        let relative: Vec<f64> =
+            positions.chunks_exact(dim).flat_map(|at| at.iter().zip(&centre).map(|(x, c)| x - c)).collect();
         reached = widened(reached, &relative, dim);
         let mut packed = packed_bytes(&relative);
         for (quantity, range) in fields.iter().zip(&mut ranges) {
@@ -122,7 +124,10 @@ pub(super) fn section(run: &StoredRun, bytes: usize, script: &str) -> Result<Str
         notes += &format!("{and}{} of {count} particles, drawn larger,", edges.len());
     }
     if !notes.is_empty() {
-        notes = format!("<p class=\"note\">To keep this file small it holds {} only; `nicolson render` draws all.</p>\n", notes.trim_end_matches(','));
+        notes = format!(
+            "<p class=\"note\">To keep this file small it holds {} only; `nicolson render` draws all.</p>\n",
+            notes.trim_end_matches(',')
+        );
     }
     let view = include_str!("viewer.html").replace("PICTURE", &still).replace("TITLE", &escaped(run.title()));
     let content = format!(
