@@ -235,8 +235,10 @@ fn described(error: impl std::fmt::Display) -> String {
 /// Width in points that a text may need, with a margin for the wider fonts an SVG viewer may choose.
 pub(super) fn text_width(text: &str, size: f64) -> f64 {
     const MEASURED_AT: f64 = 200.0;
-    let font = FontDesc::new(FontFamily::Name(FONT), MEASURED_AT * FONT_HEIGHT, FontStyle::Normal);
-    let width = if font_is_ready() { font.box_size(text).ok() } else { None };
+    // Registered first: a description of a font that is not there yet never finds it.
+    let width = font_is_ready()
+        .then(|| FontDesc::new(FontFamily::Name(FONT), MEASURED_AT * FONT_HEIGHT, FontStyle::Normal))
+        .and_then(|font| font.box_size(text).ok());
     let em = width.map_or(0.6 * text.chars().count() as f64, |(width, _)| f64::from(width) / MEASURED_AT);
     1.12 * em * size
 }

@@ -113,7 +113,7 @@ impl Quantity {
 /// √(3/2 s:s) of the deviator s.
 fn von_mises(entries: &[f64]) -> f64 {
     let mean = (entries[0] + entries[4] + entries[8]) / 3.0;
-    let deviator = |at: usize| if at % 4 == 0 { entries[at] - mean } else { entries[at] };
+    let deviator = |at: usize| if at.is_multiple_of(4) { entries[at] - mean } else { entries[at] };
     (1.5 * (0..9).map(|at| deviator(at).powi(2)).sum::<f64>()).sqrt()
 }
 

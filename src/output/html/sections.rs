@@ -127,7 +127,7 @@ pub(super) fn convergence(found: &Found) -> Result<String, OutputError> {
     for group in ["steps", "newton", "linear"] {
         let rows = rows(found.entry(&[group]));
         if !rows.is_empty() {
-            let _ = write!(html, "<div class=\"group\"><h3>{}</h3>{}</div>\n", words(group), table(&rows));
+            let _ = writeln!(html, "<div class=\"group\"><h3>{}</h3>{}</div>", words(group), table(&rows));
         }
     }
     if !html.is_empty() {
