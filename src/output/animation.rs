@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use gif::{DisposalMethod, Encoder, Repeat};
 use plotters::style::RGBColor;
 
-use super::colour::{NOT_FINITE, mixed_with_white, samples, scaled};
+use super::colour::{LINES, NOT_FINITE, mixed_with_white, samples, scaled};
 use super::picture::Picture;
 
 /// Index of the colour that lets the frame before show through.
@@ -102,7 +102,8 @@ fn range_of(mut ascending: impl Iterator<Item = usize>) -> std::ops::Range<usize
 fn palette(signed: bool) -> Vec<RGBColor> {
     let greys = [0xff, 0xf4, 0xe8, 0xe2, 0xd0, 0xc0, 0xb0, 0xa0, 0x90, 0x80, 0x70, 0x60, 0x50, 0x40, 0x30, 0x20, 0];
     let mut colours: Vec<RGBColor> = greys.map(|level| RGBColor(level, level, level)).to_vec();
-    colours.push(NOT_FINITE);
+    // The curve of a picture on the line.
+    colours.extend([NOT_FINITE, LINES[0]]);
     colours.extend(samples(signed, PURE));
     for (factor, count) in SHADES {
         colours.extend(samples(signed, count).map(|colour| scaled(colour, factor)));
