@@ -17,6 +17,7 @@
 mod appended;
 mod atomic;
 mod axis;
+mod bottleneck;
 mod canvas;
 mod chart;
 mod colour;
@@ -45,7 +46,8 @@ pub use plot::{LinePlot, LineSeries, Style};
 pub use pvd::Series;
 pub use report::{REPORT_FILE, Report};
 pub use report_parts::{
-    BalanceWork, EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps, WallSeconds,
+    BalanceWork, Bottleneck, EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps,
+    WallSeconds,
 };
 pub use table::Table;
 pub use vtu::{Frame, OutOfPlane, Precision, Tensor};
