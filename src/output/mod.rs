@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | frames (`.vtu`) and their index (`fields.pvd`) | [`Frame`], [`Series`] | every frame |
 //! | `history.csv`, `probes.csv` | [`Table`] | every row at once |
-//! | energies and probes against time (`.svg`, `.png`) | [`HistoryColumns`], [`ProbeColumns`], [`LinePlot`] | at the end |
+//! | energies and probes against time (`.svg`, `.png`) | [`HistoryColumns`], [`ProbeColumns`], [`LinePlot`], [`PlotGrid`] | at the end |
 //! | still pictures of particles (`.svg`, `.png`) | [`ParticlePlot`] | when asked for |
 //! | tables of outcomes as pictures (`.svg`, `.png`) | [`Panels`] | when asked for |
 //! | `report.json` | [`Report`] | at the end, however it comes |
@@ -42,7 +42,7 @@ pub use error::OutputError;
 pub use history::{HistoryColumns, ProbeColumns};
 pub use panels::{Cell, Panel, Panels, Tone};
 pub use particles::ParticlePlot;
-pub use plot::{LinePlot, LineSeries, Style};
+pub use plot::{LinePlot, LineSeries, PlotGrid, Style};
 pub use pvd::Series;
 pub use report::{REPORT_FILE, Report};
 pub use report_parts::{
