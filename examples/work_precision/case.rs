@@ -136,7 +136,11 @@ impl Variant {
         Ok(between / steps)
     }
 
-    fn prepared<const D: usize>(&self, method: &Method, step: f64) -> Result<Prepared<D>, String> {
+    /// The scene before its first step.
+    ///
+    /// # Errors
+    /// In words.
+    pub fn prepared<const D: usize>(&self, method: &Method, step: f64) -> Result<Prepared<D>, String> {
         scenes::prepared::<D>(self.problem.text, self.problem.name, self.overrides(method, step))
     }
 

@@ -8,7 +8,7 @@
 //! discrete system by RK4 with steps far below the stability limit, at four times, over the largest displacement, so that
 //! it holds nothing of the discretisation in space; where the scene has an exact solution, the *total error* is the
 //! distance from that. `crossover`: seconds to 1 % for stiffer materials and longer times. `csm3`: the beam of Turek and
-//! Hron to t = 2 s with period and trough within 1 %.
+//! Hron to t = 2 s with period and trough within 1 %. `diffsol`: the same systems by the integrators of that library.
 //!
 //! Everything runs on one thread, each case the shortest of several repetitions where they are cheap, and without output.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program that reports as it goes on")]
@@ -18,11 +18,13 @@ mod basics;
 mod beam;
 mod case;
 mod crossover;
+mod peer;
 mod problem;
 mod results;
 #[path = "../shared/scenes.rs"]
 mod scenes;
 mod sweep;
+mod versus;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -30,7 +32,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use problem::PROBLEMS;
 
-const PARTS: [&str; 3] = ["sweep", "crossover", "csm3"];
+const PARTS: [&str; 4] = ["sweep", "crossover", "csm3", "diffsol"];
 
 #[derive(Debug, Parser)]
 #[command(about = "Measures run time against error")]
@@ -60,6 +62,7 @@ fn measure(arguments: &Arguments) -> Result<(), String> {
         files.extend(match part.as_str() {
             "sweep" => results::write(out, &sweep::sweep(&problems, *short)?)?,
             "crossover" => crossover::write(out, &problems, *short)?,
+            "diffsol" => versus::write(out, &problems, *short)?,
             _ if names.iter().any(|name| name == "csm3") => beam::write(out, *short)?,
             _ => Vec::new(),
         });
