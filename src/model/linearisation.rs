@@ -26,8 +26,7 @@ use crate::material::Material;
 use crate::setup::CofactorChoice;
 use crate::stabilisation::{PressurePair, PressureStates, VelocityPair};
 use crate::tensor::{
-    Tensor, Tensor4, Vector, add4, apply4, cofactor, cofactor_variation, contract, determinant, outer,
-    smallest_stretch, tensor4_of,
+    Tensor, Tensor4, Vector, add4, apply4, cofactor_variation, contract, outer, smallest_stretch, tensor4_of,
 };
 
 /// Derivatives at one particle.
@@ -103,6 +102,10 @@ impl<const D: usize> Model<D> {
     pub(super) fn cofactor_along(&self, a: usize, point: &Point<D>, direction: &Tensor<D>) -> Tensor<D> {
         match self.cofactor_choice(a) {
             CofactorChoice::Geometric => cofactor_variation(&point.deformation, direction),
+            // H = k cof F.
+            CofactorChoice::Evolved if !self.evolves_volume(a) => {
+                cofactor_variation(&point.deformation, direction) * self.initial_volume_constant(a)
+            }
             CofactorChoice::Evolved => {
                 // H = J F⁻ᵀ: −J F⁻ᵀ Aᵀ F⁻ᵀ = −H Aᵀ H / J.
                 -(point.cofactor * direction.transpose() * point.cofactor) / point.volume_ratio
@@ -141,8 +144,9 @@ impl<const D: usize> Model<D> {
     fn derivatives(&self, a: usize, point: Point<D>, shift: f64) -> Frozen<D> {
         let material = self.material(a);
         let volume = self.setup.particles.volumes[a];
-        let evolved = self.cofactor_choice(a) == CofactorChoice::Evolved;
-        let (stress, rate) = (self.terms.stress, self.terms.volume_rate);
+        let evolves = self.evolves_volume(a);
+        let evolved = evolves && self.cofactor_choice(a) == CofactorChoice::Evolved;
+        let (stress, rate) = (self.terms.stress, self.terms.volume_rate && evolves);
         let along = |direction: &Tensor<D>| self.cofactor_along(a, &point, direction);
 
         let cofactor_by_volume = if evolved { point.cofactor / point.volume_ratio } else { Tensor::zeros() };
@@ -158,9 +162,9 @@ impl<const D: usize> Model<D> {
             (Tensor::zeros(), 0.0)
         };
         let eliminated = self.unknowns.kind() == Unknowns::Velocity;
-        let chain = if self.stage.at_rest {
-            // δJ = (J/det F) cof F : δF.
-            cofactor(&point.deformation) * (point.volume_ratio / determinant(&point.deformation))
+        let chain = if self.stage.at_rest || !evolves {
+            // δJ = H : δF.
+            point.cofactor
         } else if eliminated && rate {
             (point.cofactor + rate_by_gradient * shift) / (1.0 - shift * rate_by_volume)
         } else {

@@ -16,6 +16,7 @@
 //! |---|---|
 //! | `evaluation` | the two sweeps that give forces and rates |
 //! | `hourglass` | the control's forces and entries |
+//! | `volume` | where the volume ratio comes from |
 //! | `unknowns` | which numbers an implicit stage solves for |
 //! | `stage` | `u = ũ + s f(t, u)` as a nonlinear problem |
 //! | `conserving` | the discrete-gradient step that conserves energy |
@@ -36,6 +37,7 @@ mod loads;
 mod slots;
 mod stage;
 mod unknowns;
+mod volume;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -119,6 +121,10 @@ pub struct Model<const D: usize> {
     hourglass: Option<Hourglass<D>>,
     /// Law and cofactor of each particle's body, by body.
     materials: Vec<(Material, CofactorChoice)>,
+    /// Whether J is evolved, by body.
+    evolved: Vec<bool>,
+    /// Constants by which J follows det F; empty if J starts as det F everywhere.
+    volume_constants: Vec<f64>,
     body_of: Vec<u32>,
     masses: Vec<f64>,
     /// `Σ_b |g_ab|`, 1/m: the size of a gradient's summands.
@@ -246,11 +252,6 @@ impl<const D: usize> Model<D> {
     /// Velocities of a state.
     pub fn velocities_of<'a>(&self, state: &'a [f64]) -> &'a [f64] {
         &state[self.particles() * D..2 * self.particles() * D]
-    }
-
-    /// Volume ratios of a state.
-    pub fn volume_ratios<'a>(&self, state: &'a [f64]) -> &'a [f64] {
-        &state[2 * self.particles() * D..]
     }
 
     /// Current position of a particle.
