@@ -15,7 +15,7 @@
 
 use std::time::Instant;
 
-use nicolson_solvers::linear::{SparsePattern, Symmetry, Tangent};
+use nicolson_solvers::linear::{Places, SparsePattern, Symmetry, Tangent};
 use rayon::prelude::*;
 
 use super::assembly::OneRing;
@@ -431,6 +431,11 @@ impl<const D: usize> Tangent for Model<D> {
 
     fn blocks(&self) -> &[usize] {
         self.unknowns.starts()
+    }
+
+    fn places(&self) -> Option<Places> {
+        let coordinates = self.setup.particles.positions.iter().flat_map(|x| x.iter().copied()).collect();
+        Some(Places { dimension: D, coordinates })
     }
 
     fn sparser(&self) -> Option<&dyn Tangent> {
