@@ -172,6 +172,7 @@ pub(in crate::scene) enum WeightText {
     #[default]
     Auto,
     Balanced,
+    Cells,
     Separate,
     Single,
 }
@@ -182,6 +183,7 @@ impl From<WeightText> for WeightChoice {
             WeightText::Separate => Self::Separate,
             WeightText::Single => Self::Single,
             WeightText::Balanced => Self::Balanced,
+            WeightText::Cells => Self::Cells,
             WeightText::Auto => Self::Auto,
         }
     }
