@@ -79,6 +79,10 @@ pub struct Particles<const D: usize> {
     pub kernel_volumes: Vec<f64>,
     /// Pieces of the boundary, each attributed to one particle.
     pub faces: Vec<Face<D>>,
+    /// Cells with a particle at every corner, `2^D` particles each; bit `i` of the place in a cell says which end of
+    /// direction `i`. Either they share out the volumes as `V_a = ∫ φ_a dV` of their multilinear shape functions, or
+    /// there are none.
+    pub cells: Vec<u32>,
 }
 
 /// A piece of boundary.
@@ -162,7 +166,10 @@ pub enum WeightChoice {
     Single,
     /// Corrected so that constant stress is balanced by its boundary traction.
     Balanced,
-    /// Balanced where the body allows it and it is cheap, separate otherwise; the report says which.
+    /// Balanced, too, but by the cells whose corners the particles are, `∫ φ_a ∇φ_b dV`: no equations, for any size.
+    Cells,
+    /// By cells where the kernel reaches next neighbours only, otherwise balanced if that is cheap, otherwise by cells;
+    /// separate where none of this is possible. The report says which.
     Auto,
 }
 

@@ -14,7 +14,7 @@ const CHOICES: [(&str, &str); 12] = [
         "linear_volumetric, hyperelastic_volumetric, linear_elastic, st_venant_kirchhoff, neo_hookean, mooney_rivlin, nearly_incompressible",
     ),
     ("body.kernel", "cubic_spline, wendland_c2, quintic_spline"),
-    ("body.weights", "auto, balanced, separate, single"),
+    ("body.weights", "auto, balanced, cells, separate, single"),
     ("body.cofactor", "geometric, evolved"),
     ("body.volume_ratio", "auto, determinant, evolved"),
     ("time.scheme (explicit)", "forward_euler, tvd_rk2, tvd_rk3, rk4, rkc, velocity_verlet"),

@@ -88,7 +88,7 @@ impl<const D: usize> Model<D> {
         // Only now it is known which bodies could be balanced; those that asked for it have a report.
         let mut reports = gradient.balance.iter();
         for body in &mut setup.bodies {
-            let asked = matches!(body.weights, WeightChoice::Balanced | WeightChoice::Auto);
+            let asked = !matches!(body.weights, WeightChoice::Separate | WeightChoice::Single);
             let balanced = asked && reports.next().is_some_and(|report| report.balanced);
             body.hourglass.get_or_insert(default_hourglass(&body.material, balanced));
         }

@@ -162,6 +162,7 @@ fn append<const D: usize>(all: &mut Particles<D>, mut own: Particles<D>) -> Rang
     all.kernel_volumes.append(&mut own.kernel_volumes);
     own.faces.iter_mut().for_each(|face| face.particle += start);
     all.faces.append(&mut own.faces);
+    all.cells.extend(own.cells.into_iter().map(|corner| corner + start as u32));
     start..all.positions.len()
 }
 

@@ -173,6 +173,7 @@ pub(in crate::scene) enum WeightText {
     #[default]
     Auto,
     Balanced,
+    Cells,
     Separate,
     Single,
 }
@@ -183,6 +184,7 @@ impl From<WeightText> for WeightChoice {
             WeightText::Separate => Self::Separate,
             WeightText::Single => Self::Single,
             WeightText::Balanced => Self::Balanced,
+            WeightText::Cells => Self::Cells,
             WeightText::Auto => Self::Auto,
         }
     }

@@ -116,7 +116,7 @@ impl<const D: usize> Upwind<D> {
         for body in bodies {
             let kernel_volumes = match body.weights {
                 WeightChoice::Single => &particles.volumes,
-                WeightChoice::Separate | WeightChoice::Balanced | WeightChoice::Auto => &particles.kernel_volumes,
+                _ => &particles.kernel_volumes,
             };
             for a in body.particles.clone() {
                 for entry in neighbourhood.row(a) {
