@@ -18,7 +18,7 @@ use std::time::Instant;
 use nicolson_solvers::linear::{Places, SparsePattern, Symmetry, Tangent};
 use rayon::prelude::*;
 
-use super::assembly::OneRing;
+use super::assembly::{Buffers, OneRing};
 use super::evaluation::{GRAIN, Point};
 use super::slots::Slots;
 use super::{Clocks, Model, Unknowns};
@@ -72,6 +72,10 @@ pub struct Linearisation<const D: usize> {
     pub slopes: Vec<(Tensor<D>, Vector<D>)>,
     /// Pattern of the entries and where the parts of a row go; built at the first request.
     pub slots: std::sync::OnceLock<Slots>,
+    /// The hourglass control's part of the entries, see `hourglass`; built at the first assembly that has it.
+    pub hourglass: std::sync::OnceLock<Vec<f64>>,
+    /// Buffers of the assembly.
+    pub buffers: Buffers<D>,
     /// One-ring part of the tangent at the point; built at the first request.
     pub one_ring: std::sync::OnceLock<OneRing>,
     /// Pattern of the one-ring part; built once.

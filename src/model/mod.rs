@@ -21,7 +21,7 @@
 //! | `stage` | `u = ũ + s f(t, u)` as a nonlinear problem |
 //! | `conserving` | the discrete-gradient step that conserves energy |
 //! | `linearisation` | derivatives of every term, and the tangent's action |
-//! | `slots`, `assembly` | the tangent's fixed pattern, and its entries |
+//! | `slots`, `rows`, `assembly` | the tangent's fixed pattern, one row of its blocks, and all its entries |
 //! | `balance` | energies, dissipation, momenta |
 //! | `jacobian` | public checks of all derivatives |
 
@@ -34,6 +34,7 @@ mod hourglass;
 mod jacobian;
 mod linearisation;
 mod loads;
+mod rows;
 mod slots;
 mod stage;
 mod unknowns;
