@@ -22,7 +22,6 @@ use super::assembly::{Buffers, OneRing};
 use super::evaluation::{GRAIN, Point};
 use super::slots::Slots;
 use super::{Clocks, Model, Unknowns};
-use crate::material::Material;
 use crate::setup::CofactorChoice;
 use crate::stabilisation::{PressurePair, PressureStates, VelocityPair};
 use crate::tensor::{
@@ -369,27 +368,8 @@ impl<const D: usize> Tangent for Model<D> {
         self.unknowns.count()
     }
 
-    /// The velocities of a linear scene have the tangent `M + s² Gᵀ V κ G + s C`, with the symmetric
-    /// damping C of D_v. In general the derivative of `J = J̃ + s H:L` through H, D_p and the
-    /// reconstruction are not symmetric. Neither is the discrete gradient of an energy–momentum step. The Hessian of
-    /// a stored energy of F alone is.
     fn symmetry(&self) -> Symmetry {
-        if self.stage.at_rest && self.unknowns.kind() == Unknowns::Velocity {
-            // Without velocities every law is a stored energy.
-            return Symmetry::Symmetric;
-        }
-        let conserving = !self.stage.start.is_empty();
-        let elastic = |law: &Material| !law.evolves_volume() && law.viscosity.is_none();
-        let hessian = self.upwind.is_none() && self.materials.iter().all(|(law, _)| elastic(law));
-        if hessian && !conserving && self.unknowns.kind() == Unknowns::Velocity && !self.linear {
-            return Symmetry::Symmetric;
-        }
-        let reconstructed = self.upwind.as_ref().is_some_and(|upwind| upwind.options.interface.reconstructs());
-        if self.linear && self.structurally_linear() && self.unknowns.kind() == Unknowns::Velocity && !reconstructed {
-            Symmetry::PositiveDefinite
-        } else {
-            Symmetry::General
-        }
+        self.declared(self.problem()).symmetry
     }
 
     fn apply(&self, v: &[f64], out: &mut [f64]) {

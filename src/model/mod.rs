@@ -22,6 +22,7 @@
 //! | `conserving` | the discrete-gradient step that conserves energy |
 //! | `linearisation` | derivatives of every term, and the tangent's action |
 //! | `slots`, `rows`, `assembly` | the tangent's fixed pattern, one row of its blocks, and all its entries |
+//! | `symmetry` | which terms of the tangent are symmetric |
 //! | `balance` | energies, dissipation, momenta |
 //! | `jacobian` | public checks of all derivatives |
 
@@ -37,6 +38,7 @@ mod loads;
 mod rows;
 mod slots;
 mod stage;
+mod symmetry;
 mod unknowns;
 mod volume;
 
@@ -50,6 +52,7 @@ pub use build::ModelError;
 pub use jacobian::{BlockTaylor, CheckPoint, DifferenceReport, Noise, TaylorReport, TaylorRow, WorstEntry};
 
 pub use loads::Ramp;
+pub use symmetry::{Declared, Problem};
 pub use unknowns::Unknowns;
 
 use crate::discretisation::{Gradient, describe_particle};

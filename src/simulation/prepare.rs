@@ -1,11 +1,10 @@
 //! Everything between reading a scene and its first step; also what `nicolson check` predicts.
 
-use nicolson_solvers::linear::{Symmetry, Tangent};
 use nicolson_solvers::nonlinear::NewtonSolver;
 use nicolson_solvers::time::{Retries, Scheme, StageSystem, StepFailure, Stepper, System, TimeState};
 
 use super::{RunError, amplification, choices, preload};
-use crate::model::{CheckPoint, Model, Ramp};
+use crate::model::{CheckPoint, Model, Problem, Ramp};
 use crate::scene::Scene;
 use crate::scene::settings::{self, StepChoice};
 use crate::setup::{Body, VolumeRatioChoice};
@@ -81,12 +80,7 @@ pub fn prepare<const D: usize>(scene: &Scene) -> Result<Prepared<D>, RunError> {
         if let Some(declared) = scene.newton.declared_linear {
             declare(&mut model, &values, declared, first_step(time, explicit_step_limit))?;
         }
-        let symmetry = match scheme {
-            // The discrete gradient of a step that conserves energy is not a Hessian.
-            Scheme::EnergyMomentum if !model.is_linear() || D == 3 => Symmetry::General,
-            Scheme::Static => Symmetry::Symmetric,
-            _ => model.symmetry(),
-        };
+        let symmetry = model.declared(problem(scheme)).symmetry;
         Some(NewtonSolver::new(choices::newton(scene)?, choices::linear(scene, symmetry)?.build()))
     } else {
         None
@@ -132,6 +126,15 @@ fn rough_pressure(body: &Body) -> Option<String> {
             body.name
         )
     })
+}
+
+/// The problem that a step of a scheme poses.
+pub fn problem(scheme: Scheme) -> Problem {
+    match scheme {
+        Scheme::EnergyMomentum => Problem::Conserving,
+        Scheme::Static => Problem::Equilibrium,
+        _ => Problem::Stage,
+    }
 }
 
 /// First step of a scene, s.
