@@ -52,22 +52,23 @@ impl<const D: usize> Model<D> {
     pub(super) fn one_ring(&self) -> OneRing {
         let pattern = self.linearisation.one_ring_pattern.get_or_init(|| Arc::new(self.one_ring_pattern()));
         let mut values = vec![0.0; pattern.entries()];
-        self.assemble_range(0..self.particles(), pattern, &|a| self.gradient.neighbourhood.of(a), &mut values);
+        self.assemble_range(0..self.particles(), pattern, &|a| (self.gradient.neighbourhood.of(a), None), &mut values);
         OneRing::new(pattern, values, Symmetry::General)
     }
 
     /// Writes all entries.
     pub(super) fn assemble(&self, values: &mut [f64]) {
         let slots = self.slots();
-        self.assemble_range(0..self.particles(), slots.pattern(), &|a| slots.ring(a), values);
+        self.assemble_range(0..self.particles(), slots.pattern(), &|a| (slots.ring(a), Some(slots.of(a))), values);
     }
 
-    /// Writes the rows of a range of particles, which couple to the members that are given.
+    /// Writes the rows of a range of particles, which couple to the members that are given, with the slots of their
+    /// neighbours' neighbours.
     fn assemble_range<'a>(
         &'a self,
         range: Range<usize>,
         pattern: &SparsePattern,
-        members: &(impl Fn(usize) -> &'a [u32] + Sync),
+        members: &(impl Fn(usize) -> (&'a [u32], Option<&'a [u32]>) + Sync),
         values: &mut [f64],
     ) {
         let first = |a: usize| pattern.offsets()[self.unknowns.starts()[a]];
@@ -89,8 +90,8 @@ impl<const D: usize> Model<D> {
             if own.is_empty() {
                 continue;
             }
-            let members = members(a);
-            self.derive_row(a, members, &mut row);
+            let (members, slots) = members(a);
+            self.derive_row(a, members, slots, &mut row);
             self.write_rows(a, members, &row, own);
         }
         buffers.put(row);
@@ -102,9 +103,9 @@ impl<const D: usize> Model<D> {
             // Every component of every member is an unknown.
             let width = D * members.len();
             for (m, block) in row.blocks().iter().enumerate() {
-                for i in 0..D {
-                    for k in 0..D {
-                        values[i * width + m * D + k] = block[(i, k)];
+                for (k, column) in block.data.0.iter().enumerate() {
+                    for (i, value) in column.iter().enumerate() {
+                        values[i * width + m * D + k] = *value;
                     }
                 }
             }

@@ -1,5 +1,6 @@
 //! Where the entries of the tangent are: its pattern and the rings behind it, found once per run.
 
+use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -15,6 +16,9 @@ pub struct Slots {
     /// Two-rings, in compressed rows.
     ring_starts: Vec<usize>,
     rings: Vec<u32>,
+    /// Where the slots of a particle begin; particles whose rings look alike, as in a lattice, share them.
+    slot_starts: Vec<usize>,
+    slots: Vec<u32>,
 }
 
 impl Slots {
@@ -26,6 +30,12 @@ impl Slots {
     /// Particles that the rows of `a` couple to, ascending.
     pub(super) fn ring(&self, a: usize) -> &[u32] {
         &self.rings[self.ring_range(a)]
+    }
+
+    /// For every neighbour c of `a`, and every neighbour e of c: the place of e in a's ring, counted from 1.
+    #[inline]
+    pub(super) fn of(&self, a: usize) -> &[u32] {
+        &self.slots[self.slot_starts[a]..]
     }
 
     /// Where the ring of `a` lies among all rings.
@@ -42,15 +52,30 @@ impl<const D: usize> Model<D> {
 
     fn build_slots(&self) -> Slots {
         let (n, neighbourhood) = (self.particles(), &self.gradient.neighbourhood);
-        let found: Vec<Vec<u32>> = (0..n).into_par_iter().map(|a| neighbourhood.two_ring(a)).collect();
-        let (mut ring_starts, mut rings) = (vec![0], Vec::with_capacity(found.iter().map(Vec::len).sum()));
+        let found: Vec<(Vec<u32>, Vec<u32>)> = (0..n)
+            .into_par_iter()
+            .map(|a| {
+                let ring = neighbourhood.two_ring(a);
+                let slots = neighbourhood.of(a).iter().flat_map(|&c| walk(&ring, neighbourhood.of(c as usize)));
+                let slots = slots.collect();
+                (ring, slots)
+            })
+            .collect();
+        let (mut known, mut slot_starts, mut slots) = (HashMap::new(), Vec::with_capacity(n), Vec::new());
+        let (mut ring_starts, mut rings) =
+            (vec![0], Vec::with_capacity(found.iter().map(|(ring, _)| ring.len()).sum()));
         let (mut offsets, mut columns) = (vec![0], Vec::new());
-        for (a, ring) in found.iter().enumerate() {
+        for (a, (ring, own)) in found.iter().enumerate() {
+            slot_starts.push(*known.entry(own.as_slice()).or_insert_with(|| {
+                let start = slots.len();
+                slots.extend_from_slice(own);
+                start
+            }));
             self.push_rows(a, ring, &mut offsets, &mut columns);
             rings.extend_from_slice(ring);
             ring_starts.push(rings.len());
         }
-        Slots { pattern: Arc::new(SparsePattern::new(offsets, columns)), ring_starts, rings }
+        Slots { pattern: Arc::new(SparsePattern::new(offsets, columns)), ring_starts, rings, slot_starts, slots }
     }
 
     /// The velocity unknown that belongs to a displacement unknown; `None` for other unknowns.
@@ -77,4 +102,15 @@ impl<const D: usize> Model<D> {
             offsets.push(columns.len());
         }
     }
+}
+
+/// Places, from 1, of ascending particles in a sorted ring that contains them all.
+fn walk<'a>(ring: &'a [u32], particles: &'a [u32]) -> impl Iterator<Item = u32> + 'a {
+    let mut place = 0;
+    particles.iter().map(move |&e| {
+        while ring[place] < e {
+            place += 1;
+        }
+        place as u32 + 1
+    })
 }
