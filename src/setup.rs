@@ -212,6 +212,9 @@ pub struct Stabilisation {
     /// Jump of the full stress `P⁺ − P⁻` (as the source) in D_p instead of the pressure jump with the
     /// average cofactor, which alone is provably dissipative.
     pub stress_jump: bool,
+    /// Speed of shear waves across the line between two particles (as the source's Riemann states) instead of nothing:
+    /// no central force, so that angular momentum is lost, and constant interface states resist rotation.
+    pub transverse_shear: bool,
 }
 
 /// States at the interface of a pair, whose jump the upwinding works on.

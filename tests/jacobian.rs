@@ -19,6 +19,7 @@ fn stabilised(tau_v: f64, tau_p: f64) -> Stabilisation {
         corrected_gradient: false,
         interface: InterfaceChoice::Constant,
         stress_jump: false,
+        transverse_shear: true,
     }
 }
 

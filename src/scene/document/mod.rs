@@ -24,7 +24,7 @@ pub(in crate::scene) use material::{
     TransverseText,
 };
 pub(in crate::scene) use numerics::{
-    AdaptiveText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText,
+    AdaptiveText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText, ShearText,
     SchemeText, StabilisationText, TimeText, WaveSpeedText,
 };
 pub(in crate::scene) use value::{Field, FieldList, HourglassText, Number, Text, Vector};
