@@ -67,6 +67,8 @@ pub struct BalanceWork {
     pub body: String,
     /// Whether its weights are balanced.
     pub balanced: bool,
+    /// Whether by its cells, without equations.
+    pub cells: bool,
     /// Why not; empty if they are.
     pub note: String,
     /// Particles that missed a condition before.

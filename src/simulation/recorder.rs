@@ -308,6 +308,7 @@ fn balance_work(report: &BalanceReport) -> BalanceWork {
     BalanceWork {
         body: report.body.clone(),
         balanced: report.balanced,
+        cells: report.cells,
         note: report.note.clone(),
         missed: report.missed,
         band: report.band,

@@ -13,8 +13,8 @@ use super::factor::check_entries;
 use super::gmres::Gmres;
 use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, check_vectors, is_known, misses, residual};
 use super::{
-    LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, SparseMatrix, SparsePattern, Symmetry,
-    Tangent, precondition,
+    LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, Places, SparseMatrix, SparsePattern,
+    Symmetry, Tangent, precondition,
 };
 use crate::vector::{axpy, dot, first_not_finite, max_norm, norm};
 
@@ -73,6 +73,10 @@ impl Tangent for Assembled<'_> {
 
     fn blocks(&self) -> &[usize] {
         self.tangent.blocks()
+    }
+
+    fn places(&self) -> Option<Places> {
+        self.tangent.places()
     }
 
     fn sparser(&self) -> Option<&dyn Tangent> {

@@ -28,6 +28,7 @@ mod bicgstab;
 mod cg;
 mod choice;
 mod direct;
+mod dissection;
 mod factor;
 mod gmres;
 mod iteration;
@@ -43,6 +44,7 @@ mod stored;
 use std::sync::Arc;
 
 pub use choice::{InvalidChoice, KrylovOptions, LinearSolverChoice, Operator, Preconditioner, PreconditionerMatrix};
+pub use dissection::Places;
 pub use ldlt::{EliminationOrder, SparseCholesky, SparseLdlt};
 pub use lu::SparseLu;
 pub use sparse::{SparseMatrix, SparsePattern};
@@ -89,6 +91,12 @@ pub trait Tangent: Sync {
     /// block `i` is `blocks[i]..blocks[i + 1]`. Empty: every unknown is its own block.
     fn blocks(&self) -> &[usize] {
         &[]
+    }
+
+    /// Where the [blocks](Self::blocks) of unknowns are in space, if they are anywhere: a good order of elimination
+    /// follows from it.
+    fn places(&self) -> Option<Places> {
+        None
     }
 
     /// A sparser operator close to this one, as material for a preconditioner (the coupling between
