@@ -1,6 +1,5 @@
 //! Everything between reading a scene and its first step; also what `nicolson check` predicts.
 
-use nicolson_solvers::linear::{Symmetry, Tangent};
 use nicolson_solvers::nonlinear::NewtonSolver;
 use nicolson_solvers::time::{Retries, Scheme, StageSystem, StepFailure, Stepper, System, TimeState};
 
@@ -75,13 +74,8 @@ pub fn prepare<const D: usize>(scene: &Scene) -> Result<Prepared<D>, RunError> {
         if let Some(declared) = scene.newton.declared_linear {
             declare(&mut model, &values, declared, first_step(time, explicit_step_limit))?;
         }
-        let symmetry = match scheme {
-            // The discrete gradient of a step that conserves energy is not a Hessian.
-            Scheme::EnergyMomentum if !model.is_linear() || D == 3 => Symmetry::General,
-            Scheme::Static => Symmetry::Symmetric,
-            _ => model.symmetry(),
-        };
-        Some(NewtonSolver::new(choices::newton(scene)?, choices::linear(scene, symmetry)?.build()))
+        let at_rest = scheme == Scheme::Static;
+        Some(NewtonSolver::new(choices::newton(scene)?, choices::linear(scene, at_rest)?.build()))
     } else {
         None
     };
