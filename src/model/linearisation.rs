@@ -15,7 +15,7 @@
 
 use std::time::Instant;
 
-use nicolson_solvers::linear::{Places, SparsePattern, Symmetry, Tangent};
+use nicolson_solvers::linear::{Effort, Places, SparsePattern, Symmetry, Tangent};
 use rayon::prelude::*;
 
 use super::assembly::{Buffers, OneRing};
@@ -420,6 +420,26 @@ impl<const D: usize> Tangent for Model<D> {
     fn places(&self) -> Option<Places> {
         let coordinates = self.setup.particles.positions.iter().flat_map(|x| x.iter().copied()).collect();
         Some(Places { dimension: D, coordinates })
+    }
+
+    /// Measured per pair and per pair of pairs (`benches/factors.rs`).
+    fn effort(&self) -> Option<Effort> {
+        let neighbourhood = &self.gradient.neighbourhood;
+        let (particles, pairs) = (self.particles().max(1) as f64, neighbourhood.pairs() as f64);
+        let near = pairs / particles;
+        let dimension = D as f64;
+        let entries = match self.linearisation.slots.get() {
+            Some(slots) => slots.pattern().entries() as f64,
+            None => {
+                let ring = (2.0 * near.powf(1.0 / dimension) - 1.0).powi(D as i32);
+                (self.unknowns.count() as f64).powi(2) / particles * ring
+            }
+        };
+        Some(Effort {
+            action: pairs * (40.0 * dimension + 10.0) * 1e-9,
+            assembly: pairs * near * 12.0 * dimension * 1e-9,
+            entries,
+        })
     }
 
     fn sparser(&self) -> Option<&dyn Tangent> {

@@ -21,7 +21,7 @@ pub struct Places {
 }
 
 /// Sets of at most this many points are not cut.
-const LEAF: usize = 24;
+const LEAF: usize = 12;
 /// Nor are sets of which a separator would be this part or more.
 const LARGEST_SEPARATOR: f64 = 0.5;
 /// A cut may lie this far from the middle, as a part of the set, to fall into a gap between layers.

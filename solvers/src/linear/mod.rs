@@ -17,6 +17,7 @@
 //! | GMRES(m) | an action | robust; `m + 1` vectors |
 //! | BiCGStab | an action | seven vectors |
 //! | CG | an action, symmetry, definiteness | four vectors; reports negative curvature |
+//! | automatic | an action; entries for its better half | iterates, or factors, by counted costs |
 //!
 //! The direct solvers probe every factor (faer's LU answers `Ok` on singular matrices) and refine every
 //! solution until the residual of the operator itself meets the tolerance. The Krylov methods take a
@@ -24,11 +25,13 @@
 //! relative. Neither multigrid nor a QR factorisation is here: the first is worth it only for very large
 //! quasi-static problems, the second costs fifty times LU.
 
+mod automatic;
 mod bicgstab;
 mod cg;
 mod choice;
 mod direct;
 mod dissection;
+mod effort;
 mod factor;
 mod gmres;
 mod iteration;
@@ -43,8 +46,11 @@ mod stored;
 
 use std::sync::Arc;
 
-pub use choice::{InvalidChoice, KrylovOptions, LinearSolverChoice, Operator, Preconditioner, PreconditionerMatrix};
+pub use choice::{
+    AutomaticOptions, InvalidChoice, KrylovOptions, LinearSolverChoice, Operator, Preconditioner, PreconditionerMatrix,
+};
 pub use dissection::Places;
+pub use effort::Effort;
 pub use ldlt::{EliminationOrder, SparseCholesky, SparseLdlt};
 pub use lu::SparseLu;
 pub use sparse::{SparseMatrix, SparsePattern};
@@ -99,6 +105,11 @@ pub trait Tangent: Sync {
         None
     }
 
+    /// What an action and the entries cost, if the operator knows; needs no pattern.
+    fn effort(&self) -> Option<Effort> {
+        None
+    }
+
     /// A sparser operator close to this one, as material for a preconditioner (the coupling between
     /// direct neighbours only, say).
     fn sparser(&self) -> Option<&dyn Tangent> {
@@ -132,6 +143,8 @@ pub struct LinearSolverInfo {
     pub fill: usize,
     /// Threads used inside the solver.
     pub threads: usize,
+    /// Why a solver that chooses for itself chose this; empty for others.
+    pub reason: String,
 }
 
 /// What one solve did.
@@ -242,6 +255,13 @@ pub trait LinearSolver: Send {
     /// # Errors
     /// [`LinearError`] if the operator does not suit the solver, is not finite, or is singular.
     fn prepare(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError>;
+
+    /// `x = A⁻¹ b` with the factor of the last [`prepare`](Self::prepare) and without a look at the residual, for a
+    /// caller who looks at it himself. `None` from a solver that has no factor of just that operator.
+    fn solve_unchecked(&mut self, b: &[f64], x: &mut [f64]) -> Option<Result<(), LinearError>> {
+        let _ = (b, x);
+        None
+    }
 
     /// Solves `A x = b` to `‖b − A x‖ ≤ tolerance ‖b‖`, with the factor or preconditioner of the last
     /// [`prepare`](Self::prepare); `tangent` may have moved on since (a stale factor is then a
