@@ -12,6 +12,10 @@ use trajectory::{every, example, follow};
 
 const CHOICES: [&str; 2] = ["determinant", "evolved"];
 
+fn list(values: &[f64]) -> String {
+    values.iter().map(|value| format!("{value:.1e}")).collect::<Vec<_>>().join(", ")
+}
+
 /// Displacements and volume ratios at the end of a scene.
 fn last<const D: usize>(name: &str, overrides: &[(&str, &str)]) -> (Vec<f64>, Vec<f64>) {
     let mut prepared = prepared::<D>(name, overrides);
@@ -35,7 +39,7 @@ fn second_order(what: &str, name: &str, overrides: &[(&str, &str)], steps: &[f64
     for (field, title) in ["displacements", "volume ratios"].iter().enumerate() {
         let found: Vec<f64> = differences.iter().map(|d| d[field]).collect();
         let order = orders(steps, &found);
-        println!("{what}, {title}: differences {found:.2e?}, orders {order:.2?}");
+        println!("{what}, {title}: differences {}, orders {order:.2?}", list(&found));
         assert!(order.iter().all(|order| *order > 1.8), "{what}, {title}: {found:?}, {order:?}");
     }
 }
@@ -70,7 +74,7 @@ fn the_energy_ledger_closes_with_both() {
                 run.ledger_error() / run.entries[0].total
             })
         });
-        println!("{name}: ledger with the determinant {determinant:.1e?}, evolved {evolved:.1e?}");
+        println!("{name}: ledger with the determinant {}, evolved {}", list(&determinant), list(&evolved));
         // Of second order with both, and of the same size.
         assert!(determinant[1] < 0.35 * determinant[0] && determinant[0] < 2e-2, "{name}: {determinant:?}");
         assert!(determinant[1] < 3.0 * evolved[1], "{name}: {determinant:?} and {evolved:?}");
