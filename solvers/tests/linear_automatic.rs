@@ -10,19 +10,22 @@ use nicolson_solvers::linear::{
 };
 
 /// One unknown per point of a lattice in `D` dimensions, coupled to all points at most two layers away.
-fn lattice<const D: usize>(side: usize) -> Matrix {
-    let points = side.pow(D as u32);
-    let place = |point: usize| -> [usize; D] { std::array::from_fn(|axis| point / side.pow(axis as u32) % side) };
+fn lattice<const D: usize>(sides: [usize; D]) -> Matrix {
+    let points = sides.iter().product();
+    let stride = |axis: usize| sides[..axis].iter().product::<usize>();
+    let place = |point: usize| -> [usize; D] { std::array::from_fn(|axis| point / stride(axis) % sides[axis]) };
     let mut entries = Vec::new();
     for a in 0..points {
         let at = place(a);
         let mut sum = 0.01;
         for stencil in 0..5_usize.pow(D as u32) {
             let other: [usize; D] = std::array::from_fn(|axis| at[axis] + stencil / 5_usize.pow(axis as u32) % 5);
-            if other.iter().any(|&i| i < 2 || i >= side + 2) || other.iter().zip(&at).all(|(o, a)| *o == a + 2) {
+            if other.iter().zip(sides).any(|(&i, side)| i < 2 || i >= side + 2)
+                || other.iter().zip(&at).all(|(o, a)| *o == a + 2)
+            {
                 continue;
             }
-            let b = other.iter().enumerate().map(|(axis, i)| (i - 2) * side.pow(axis as u32)).sum();
+            let b = other.iter().enumerate().map(|(axis, i)| (i - 2) * stride(axis)).sum();
             entries.push((a, b, -1.0));
             sum += 1.0;
         }
@@ -35,7 +38,7 @@ fn lattice<const D: usize>(side: usize) -> Matrix {
     matrix
 }
 
-/// Fill with dissection over fill with minimum degree; both solve.
+/// Fill with the order from places over fill with minimum degree; both solve.
 fn compare_orders(matrix: &Matrix) -> f64 {
     let b = right_hand_side(matrix.size());
     let solve = |order| {
@@ -46,21 +49,24 @@ fn compare_orders(matrix: &Matrix) -> f64 {
         assert_eq!(report.iterations, 0);
         (x, solver.info().fill as f64)
     };
-    let ((x, fill), (y, reference)) = (solve(EliminationOrder::Dissection), solve(EliminationOrder::MinimumDegree));
+    let ((x, fill), (y, reference)) = (solve(EliminationOrder::Automatic), solve(EliminationOrder::MinimumDegree));
     assert!(x.iter().zip(&y).all(|(x, y)| (x - y).abs() < 1e-10 * (1.0 + y.abs())), "the same solution");
     fill / reference
 }
 
 #[test]
-fn dissection_fills_in_less_than_minimum_degree_on_lattices() {
-    let plane = compare_orders(&lattice::<2>(160));
-    let space = compare_orders(&lattice::<3>(14));
-    assert!(plane < 1.0 && space < 0.9, "plane {plane}, space {space}");
+fn orders_from_places_fill_in_less_than_minimum_degree_on_lattices() {
+    let plane = compare_orders(&lattice::<2>([160, 160]));
+    let space = compare_orders(&lattice::<3>([14, 14, 14]));
+    let beam = compare_orders(&lattice::<2>([200, 12]));
+    println!("fill over that of minimum degree: plane {plane:.3}, space {space:.3}, beam {beam:.3}");
+    // Multiplications are counted, not the zeros that make supernodes larger: hence a little room for the beam.
+    assert!(plane < 1.0 && space < 0.9 && beam < 1.03, "plane {plane}, space {space}, beam {beam}");
 }
 
 #[test]
 fn places_that_say_nothing_still_give_an_order() {
-    let mut matrix = lattice::<2>(12);
+    let mut matrix = lattice::<2>([12, 12]);
     for coordinate in [0.0, f64::NAN] {
         matrix.places = Some(Places { dimension: 2, coordinates: vec![coordinate; 2 * matrix.size()] });
         assert!(compare_orders(&matrix).is_finite());

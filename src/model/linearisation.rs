@@ -435,8 +435,9 @@ impl<const D: usize> Tangent for Model<D> {
                 (self.unknowns.count() as f64).powi(2) / particles * ring
             }
         };
+        let terms = if self.upwind.is_some() { 2.0 } else { 1.0 };
         Some(Effort {
-            action: pairs * (40.0 * dimension + 10.0) * 1e-9,
+            action: terms * pairs * (40.0 * dimension + 10.0) * 1e-9,
             assembly: pairs * near * 12.0 * dimension * 1e-9,
             entries,
         })

@@ -105,9 +105,10 @@ pub fn newton(scene: &Scene) -> Result<NewtonOptions, RunError> {
             settings::LineSearch::TrustRegion => Globalisation::TrustRegion { initial_radius: None },
         },
         forcing: match newton.forcing {
-            // A factor solves exactly whatever is asked; what iterates need not outrun Newton's method.
+            // A factor solves exactly whatever is asked. What iterates need not outrun Newton's method by far; nor may it
+            // cost an iteration of it.
             settings::Forcing::Constant if linear_is_automatic => {
-                Forcing::EisenstatWalker2 { first: 1e-4, largest: 1e-2, gamma: 0.9, alpha: 2.0 }
+                Forcing::EisenstatWalker2 { first: 1e-6, largest: 1e-2, gamma: 0.1, alpha: 2.0 }
             }
             settings::Forcing::Constant => Forcing::Constant(scene.linear.tolerance),
             settings::Forcing::EisenstatWalker1 => Forcing::eisenstat_walker_1(),

@@ -21,6 +21,8 @@
 //! Costs are counted, not timed (see [`Effort`](super::Effort)): choices are the same on every machine and for any number
 //! of threads. They do depend on the history of the solver.
 
+use std::time::{Duration, Instant};
+
 use super::cg::Cg;
 use super::choice::{AutomaticOptions, KrylovOptions, Operator, Preconditioner, PreconditionerMatrix};
 use super::direct::Direct;
@@ -78,6 +80,8 @@ pub(super) struct Automatic {
     /// Preparations that kept the factor.
     kept: usize,
     counts: LinearCounts,
+    /// Time spent in solves on what could have been prepared before.
+    late: Duration,
 }
 
 impl Automatic {
@@ -101,6 +105,7 @@ impl Automatic {
             last_pause: 0,
             kept: 0,
             counts: LinearCounts::default(),
+            late: Duration::ZERO,
         }
     }
 
@@ -165,6 +170,14 @@ impl Automatic {
         }
     }
 
+    /// Factors in the course of a solve.
+    fn factor_late(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
+        let clock = Instant::now();
+        let outcome = self.factor_somehow(tangent);
+        self.late += clock.elapsed();
+        outcome
+    }
+
     fn factor_generally(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
         self.lu.get_or_insert_with(|| Direct::new(Box::new(LuFactors::new()))).prepare(tangent)
     }
@@ -201,12 +214,13 @@ impl Automatic {
         x: &mut [f64],
         tolerance: f64,
     ) -> Option<LinearReport> {
-        let most = self.corrections_worth(|costs| costs.preparation);
+        // Half the price: the counts are not that exact, and a newer factor is worth something.
+        let most = self.corrections_worth(|costs| 0.5 * costs.preparation);
         let report = self.factor.solve_within(tangent, b, x, tolerance, most, Some(ACCELERATION)).ok();
         match report {
             Some(report) => {
                 self.last_pause = 0;
-                self.worn = report.iterations * 3 > most * 2;
+                self.worn = report.iterations >= most;
             }
             None => {
                 self.last_pause = (2 * self.last_pause).clamp(1, LONGEST_PAUSE);
@@ -230,7 +244,7 @@ impl Automatic {
             if let Some(report) = self.solve_with_kept(tangent, b, x, tolerance) {
                 return Ok(report);
             }
-            self.factor_somehow(tangent)?;
+            self.factor_late(tangent)?;
             if self.path == Path::Lu {
                 return self.solve_generally(tangent, b, x, tolerance);
             }
@@ -243,7 +257,9 @@ impl Automatic {
             Err(error @ (LinearError::RightHandSideNotFinite { .. } | LinearError::WrongLength { .. })) => Err(error),
             Err(error) => {
                 self.turn_to(Path::Lu, format!("LDLᵀ of the symmetric part did not contract ({error})"));
+                let clock = Instant::now();
                 self.factor_generally(tangent)?;
+                self.late += clock.elapsed();
                 self.solve_generally(tangent, b, x, tolerance)
             }
             outcome => outcome,
@@ -292,7 +308,7 @@ impl Automatic {
             return Err(error);
         }
         self.turn_to(Path::Factor, format!("iterating to {tolerance:.0e} cost more than a factor ({error})"));
-        self.factor_somehow(tangent)?;
+        self.factor_late(tangent)?;
         match self.path {
             Path::Lu => self.solve_generally(tangent, b, x, tolerance),
             _ => self.solve_by_factor(tangent, b, x, tolerance),
@@ -377,6 +393,10 @@ impl LinearSolver for Automatic {
             Path::Factor => self.solve_by_factor(tangent, b, x, tolerance),
             Path::Lu => self.solve_generally(tangent, b, x, tolerance),
         }
+    }
+
+    fn late_preparation(&self) -> Duration {
+        self.late
     }
 
     fn solve_unchecked(&mut self, b: &[f64], x: &mut [f64]) -> Option<Result<(), LinearError>> {

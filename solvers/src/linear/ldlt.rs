@@ -23,8 +23,8 @@ use faer::sparse::linalg::cholesky::{
 use faer::{Conj, MatMut, Par, Side};
 
 use super::direct::{Direct, delegate_to_direct};
-use super::dissection::nested_dissection;
 use super::effort::FactorSize;
+use super::elimination::elimination_order;
 use super::factor::Factors;
 use super::lu::{LuFactors, failure, memory, transposed};
 use super::pivots::{has_good_pivots, inverse, pivot, size_of, unknown};
@@ -39,10 +39,10 @@ const ROUNDING_PIVOT: f64 = 1e-13;
 /// In which order a symmetric factorisation eliminates the unknowns.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum EliminationOrder {
-    /// Nested dissection where the operator tells the [places](super::Tangent::places) of its unknowns, else minimum
-    /// degree.
+    /// Where the operator tells the [places](super::Tangent::places) of its unknowns, the one with the fewest
+    /// multiplications of nested dissection, a sweep, and minimum degree; else minimum degree.
     #[default]
-    Dissection,
+    Automatic,
     /// Approximate minimum degree (Amestoy, Davis & Duff 1996), computed once per pattern.
     MinimumDegree,
     /// A permutation: entry `k` is the unknown that is eliminated as number `k`.
@@ -143,9 +143,9 @@ impl Factors for SymmetricFactors {
             CholeskySymbolicParams { supernodal_flop_ratio_threshold: ALWAYS_SUPERNODAL, ..Default::default() };
         let given: Option<Cow<'_, [usize]>> = match &self.order {
             EliminationOrder::MinimumDegree => None,
-            EliminationOrder::Dissection => tangent
+            EliminationOrder::Automatic => tangent
                 .places()
-                .and_then(|places| nested_dissection(pattern, tangent.blocks(), &places))
+                .and_then(|places| elimination_order(pattern, tangent.blocks(), &places))
                 .map(Cow::Owned),
             EliminationOrder::Given(forward) => Some(Cow::Borrowed(forward)),
         };

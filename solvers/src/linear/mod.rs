@@ -30,8 +30,8 @@ mod bicgstab;
 mod cg;
 mod choice;
 mod direct;
-mod dissection;
 mod effort;
+mod elimination;
 mod factor;
 mod gmres;
 mod iteration;
@@ -49,8 +49,8 @@ use std::sync::Arc;
 pub use choice::{
     AutomaticOptions, InvalidChoice, KrylovOptions, LinearSolverChoice, Operator, Preconditioner, PreconditionerMatrix,
 };
-pub use dissection::Places;
 pub use effort::Effort;
+pub use elimination::Places;
 pub use ldlt::{EliminationOrder, SparseCholesky, SparseLdlt};
 pub use lu::SparseLu;
 pub use sparse::{SparseMatrix, SparsePattern};
@@ -255,6 +255,11 @@ pub trait LinearSolver: Send {
     /// # Errors
     /// [`LinearError`] if the operator does not suit the solver, is not finite, or is singular.
     fn prepare(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError>;
+
+    /// Time spent in solves, so far, on factors that turned out to be needed: it belongs to preparation.
+    fn late_preparation(&self) -> std::time::Duration {
+        std::time::Duration::ZERO
+    }
 
     /// `x = A⁻¹ b` with the factor of the last [`prepare`](Self::prepare) and without a look at the residual, for a
     /// caller who looks at it himself. `None` from a solver that has no factor of just that operator.
