@@ -16,6 +16,7 @@ mod correction;
 mod gradient;
 mod neighbours;
 
+pub(crate) use balance::face_shares;
 pub use balance::BalanceReport;
 pub use correction::{KernelCorrection, least_squares_weights};
 pub use gradient::{Gradient, plain_slope};
