@@ -21,11 +21,9 @@ fn measure<const D: usize>(cells: usize, shake: f64) -> Result<(), Box<dyn std::
     };
     let count = particles.positions.len();
     print!("{D}D {count:>8} particles, shaken by {shake}:");
-    for (name, weights) in [
-        ("separate", WeightChoice::Separate),
-        ("cells", WeightChoice::Cells),
-        ("least change", WeightChoice::Balanced),
-    ] {
+    for (name, weights) in
+        [("separate", WeightChoice::Separate), ("cells", WeightChoice::Cells), ("least change", WeightChoice::Balanced)]
+    {
         let mut body = body(spacing, count);
         body.weights = weights;
         let start = Instant::now();

@@ -16,8 +16,8 @@ mod correction;
 mod gradient;
 mod neighbours;
 
-pub(crate) use balance::face_shares;
 pub use balance::BalanceReport;
+pub(crate) use balance::face_shares;
 pub use correction::{KernelCorrection, least_squares_weights};
 pub use gradient::{Gradient, plain_slope};
 pub use neighbours::Neighbourhood;

@@ -69,4 +69,3 @@ pub(super) fn gauss<const D: usize>() -> Vec<(Vector<D>, f64)> {
     let point = |code: usize| Vector::from_fn(|axis, _| GAUSS[code >> axis & 1]);
     (0..1 << D).map(|code| (point(code), GAUSS_WEIGHT.powi(D as i32))).collect()
 }
-

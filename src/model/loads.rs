@@ -45,14 +45,13 @@ impl<const D: usize> Loads<D> {
     ///
     /// # Errors
     /// If a traction acts off the particles and those around it cannot share it.
-    pub fn new(
-        setup: &Setup<D>,
-        neighbourhood: &Neighbourhood,
-        masses: &[f64],
-    ) -> Result<Self, DiscretisationError> {
+    pub fn new(setup: &Setup<D>, neighbourhood: &Neighbourhood, masses: &[f64]) -> Result<Self, DiscretisationError> {
         let varies = varying_parts(setup).next().is_some();
-        let carriers =
-            setup.tractions.iter().map(|traction| carriers(setup, neighbourhood, traction)).collect::<Result<_, _>>()?;
+        let carriers = setup
+            .tractions
+            .iter()
+            .map(|traction| carriers(setup, neighbourhood, traction))
+            .collect::<Result<_, _>>()?;
         let mut loads = Self {
             constant: Vec::new(),
             varying: if varies { vec![Vector::zeros(); masses.len()] } else { Vec::new() },
@@ -169,7 +168,11 @@ fn carriers<const D: usize>(
     for (&(a, area), point) in traction.areas.iter().zip(&traction.points) {
         let Some(body) = setup.bodies.iter().find(|body| body.particles.contains(&a)) else { continue };
         let shares = face_shares(body, &setup.particles, neighbourhood, a, point)?;
-        carriers.extend(shares.into_iter().map(|(particle, share)| Carrier { particle, area: area * share, point: *point }));
+        carriers.extend(shares.into_iter().map(|(particle, share)| Carrier {
+            particle,
+            area: area * share,
+            point: *point,
+        }));
     }
     Ok(carriers)
 }

@@ -128,7 +128,14 @@ pub struct BalanceReport {
 impl BalanceReport {
     /// Takes weights that cells gave with this residual.
     fn by_cells<const D: usize>(&mut self, (weights, residual): (Vec<Vector<D>>, f64)) -> Vec<Vector<D>> {
-        *self = Self { cells: true, residual, missed: self.missed, balanced: true, body: std::mem::take(&mut self.body), ..Self::default() };
+        *self = Self {
+            cells: true,
+            residual,
+            missed: self.missed,
+            balanced: true,
+            body: std::mem::take(&mut self.body),
+            ..Self::default()
+        };
         weights
     }
 
@@ -302,9 +309,10 @@ impl Failure {
             Self::TooLarge { unknowns, largest } => DiscretisationError {
                 place: format!("body `{}`", body.name),
                 reason: format!("balancing its weights takes {unknowns} unknowns, more than {largest}"),
-                remedy: "use a box, bent or not, with layout = \"vertex\" and weights = \"cells\" or \"auto\", which solve \
+                remedy:
+                    "use a box, bent or not, with layout = \"vertex\" and weights = \"cells\" or \"auto\", which solve \
                          no equations; or volumes = \"stencil\", or weights = \"separate\""
-                    .into(),
+                        .into(),
             },
             Self::NoCells(reason) => DiscretisationError {
                 place: format!("body `{}`", body.name),
