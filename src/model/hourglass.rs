@@ -42,12 +42,6 @@ impl<const D: usize> Model<D> {
         (0..count).into_par_iter().with_min_len(GRAIN).map(|a| self.gradient.of(a, displacement)).collect()
     }
 
-    /// `Π`, J.
-    pub(super) fn hourglass_energy(&self, displacement: &[f64]) -> f64 {
-        let (Some(control), near) = (&self.hourglass, &self.gradient.neighbourhood) else { return 0.0 };
-        self.sum(|a| control.energy(a, near, displacement, &self.gradient.of(a, displacement)))
-    }
-
     /// Adds the derivatives of the force on particle `a` to the blocks of its members, which follow one for others.
     pub(super) fn add_hourglass(&self, a: usize, members: &[u32], blocks: &mut [Tensor<D>], scale: f64) {
         if self.active_hourglass().is_none() {
