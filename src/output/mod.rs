@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | frames (`.vtu`) and their index (`fields.pvd`) | [`Frame`], [`Series`] | every frame |
 //! | `history.csv`, `probes.csv` | [`Table`] | every row at once |
-//! | energies and probes against time (`.svg`, `.png`) | [`HistoryColumns`], [`ProbeColumns`], [`LinePlot`] | at the end |
+//! | energies and probes against time (`.svg`, `.png`) | [`HistoryColumns`], [`ProbeColumns`], [`LinePlot`], [`PlotGrid`] | at the end |
 //! | still pictures of particles (`.svg`, `.png`) | [`ParticlePlot`] | when asked for |
 //! | tables of outcomes as pictures (`.svg`, `.png`) | [`Panels`] | when asked for |
 //! | `report.json` | [`Report`] | at the end, however it comes |
@@ -18,6 +18,7 @@ mod animation;
 mod appended;
 mod atomic;
 mod axis;
+mod bottleneck;
 mod canvas;
 mod chart;
 mod colour;
@@ -54,13 +55,14 @@ pub use history::{HistoryColumns, ProbeColumns};
 pub use html::HtmlReport;
 pub use panels::{Cell, Panel, Panels, Tone};
 pub use particles::{Extent, ParticlePlot};
-pub use plot::{LinePlot, LineSeries, Style};
+pub use plot::{LinePlot, LineSeries, PlotGrid, Style};
 pub use pvd::Series;
 pub use quantity::Quantity;
 pub use render::{FrameChoice, Rendering};
 pub use report::{REPORT_FILE, Report};
 pub use report_parts::{
-    BalanceWork, EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps, WallSeconds,
+    BalanceWork, Bottleneck, EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps,
+    WallSeconds,
 };
 pub use stored_frame::{StoredField, StoredFrame};
 pub use stored_run::StoredRun;

@@ -81,10 +81,10 @@ impl Frames {
         for field in &self.fields {
             match field {
                 OutputField::Pressure => frame.scalars.push(("pressure", Cow::Borrowed(&pressures[..]))),
-                OutputField::Jacobian => frame.scalars.push(("jacobian", Cow::Borrowed(model.volume_ratios(state)))),
+                OutputField::Jacobian => frame.scalars.push(("jacobian", model.volume_ratios(state))),
                 OutputField::Volume => frame.scalars.push((
                     "volume",
-                    Cow::Owned(current(&model.setup().particles.volumes, model.volume_ratios(state))),
+                    Cow::Owned(current(&model.setup().particles.volumes, &model.volume_ratios(state))),
                 )),
                 OutputField::Velocity => frame.vectors.push(("velocity", Cow::Borrowed(model.velocities_of(state)))),
                 OutputField::Displacement => {
