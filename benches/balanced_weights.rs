@@ -10,7 +10,7 @@ use nicolson::discretisation::Gradient;
 use nicolson::geometry::{BoxLattice, Layout, MappedLattice};
 use nicolson::material::Material;
 use nicolson::model::Noise;
-use nicolson::setup::{Body, CofactorChoice, KernelChoice, WeightChoice};
+use nicolson::setup::{Body, CofactorChoice, KernelChoice, VolumeRatioChoice, WeightChoice};
 
 fn measure<const D: usize>(cells: usize, shake: f64) -> Result<(), Box<dyn std::error::Error>> {
     let lattice = BoxLattice::with_counts([0.0; D], [1.0; D], [cells; D], Layout::Vertex)?;
@@ -50,6 +50,7 @@ fn body(spacing: f64, count: usize) -> Body {
         weights: WeightChoice::Auto,
         material: Material::linear_volumetric(1.0, 1.0),
         cofactor: CofactorChoice::Geometric,
+        volume_ratio: VolumeRatioChoice::Auto,
         hourglass: None,
     }
 }

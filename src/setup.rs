@@ -59,6 +59,8 @@ pub struct Body {
     pub material: Material,
     /// Which cofactor the volumetric laws use.
     pub cofactor: CofactorChoice,
+    /// Where the volume ratio J comes from.
+    pub volume_ratio: VolumeRatioChoice,
     /// Coefficient α of the hourglass control; 0 switches it off. `None`: what suits the law and the weights that the
     /// body gets, see [`crate::stabilisation::default_hourglass`].
     pub hourglass: Option<f64>,
@@ -180,6 +182,19 @@ pub enum CofactorChoice {
     /// `H = cof F`.
     Geometric,
     /// `H = J F⁻ᵀ` with the evolved J, as printed in document 004.
+    Evolved,
+}
+
+/// Where the volume ratio J of a body comes from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum VolumeRatioChoice {
+    /// The determinant, unless J has an equation that the determinant does not solve (D_p), is an unknown, or is part
+    /// of the cofactor.
+    #[default]
+    Auto,
+    /// `det F`, with what sets it apart from J at the start: what its rate equation integrates to.
+    Determinant,
+    /// Its rate equation is integrated with the others, as in document 004.
     Evolved,
 }
 

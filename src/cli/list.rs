@@ -7,7 +7,7 @@ use super::DONE;
 use crate::scene::Scene;
 
 /// Choices by key, as in scene files.
-const CHOICES: [(&str, &str); 11] = [
+const CHOICES: [(&str, &str); 12] = [
     ("body.shape", "box, mapped_box, ring"),
     (
         "body.material",
@@ -16,6 +16,7 @@ const CHOICES: [(&str, &str); 11] = [
     ("body.kernel", "cubic_spline, wendland_c2, quintic_spline"),
     ("body.weights", "auto, balanced, cells, separate, single"),
     ("body.cofactor", "geometric, evolved"),
+    ("body.volume_ratio", "auto, determinant, evolved"),
     ("time.scheme (explicit)", "forward_euler, tvd_rk2, tvd_rk3, rk4, rkc, velocity_verlet"),
     (
         "time.scheme (implicit)",

@@ -15,19 +15,17 @@
 
 use std::time::Instant;
 
-use nicolson_solvers::linear::{SparsePattern, Symmetry, Tangent};
+use nicolson_solvers::linear::{Effort, Places, SparsePattern, Symmetry, Tangent};
 use rayon::prelude::*;
 
-use super::assembly::OneRing;
+use super::assembly::{Buffers, OneRing};
 use super::evaluation::{GRAIN, Point};
 use super::slots::Slots;
 use super::{Clocks, Model, Unknowns};
-use crate::material::Material;
 use crate::setup::CofactorChoice;
 use crate::stabilisation::{PressurePair, PressureStates, VelocityPair};
 use crate::tensor::{
-    Tensor, Tensor4, Vector, add4, apply4, cofactor, cofactor_variation, contract, determinant, outer,
-    smallest_stretch, tensor4_of,
+    Tensor, Tensor4, Vector, add4, apply4, cofactor_variation, contract, outer, smallest_stretch, tensor4_of,
 };
 
 /// Derivatives at one particle.
@@ -73,6 +71,10 @@ pub struct Linearisation<const D: usize> {
     pub slopes: Vec<(Tensor<D>, Vector<D>)>,
     /// Pattern of the entries and where the parts of a row go; built at the first request.
     pub slots: std::sync::OnceLock<Slots>,
+    /// The hourglass control's part of the entries, see `hourglass`; built at the first assembly that has it.
+    pub hourglass: std::sync::OnceLock<Vec<f64>>,
+    /// Buffers of the assembly.
+    pub buffers: Buffers<D>,
     /// One-ring part of the tangent at the point; built at the first request.
     pub one_ring: std::sync::OnceLock<OneRing>,
     /// Pattern of the one-ring part; built once.
@@ -103,6 +105,10 @@ impl<const D: usize> Model<D> {
     pub(super) fn cofactor_along(&self, a: usize, point: &Point<D>, direction: &Tensor<D>) -> Tensor<D> {
         match self.cofactor_choice(a) {
             CofactorChoice::Geometric => cofactor_variation(&point.deformation, direction),
+            // H = k cof F.
+            CofactorChoice::Evolved if !self.evolves_volume(a) => {
+                cofactor_variation(&point.deformation, direction) * self.initial_volume_constant(a)
+            }
             CofactorChoice::Evolved => {
                 // H = J F⁻ᵀ: −J F⁻ᵀ Aᵀ F⁻ᵀ = −H Aᵀ H / J.
                 -(point.cofactor * direction.transpose() * point.cofactor) / point.volume_ratio
@@ -141,8 +147,9 @@ impl<const D: usize> Model<D> {
     fn derivatives(&self, a: usize, point: Point<D>, shift: f64) -> Frozen<D> {
         let material = self.material(a);
         let volume = self.setup.particles.volumes[a];
-        let evolved = self.cofactor_choice(a) == CofactorChoice::Evolved;
-        let (stress, rate) = (self.terms.stress, self.terms.volume_rate);
+        let evolves = self.evolves_volume(a);
+        let evolved = evolves && self.cofactor_choice(a) == CofactorChoice::Evolved;
+        let (stress, rate) = (self.terms.stress, self.terms.volume_rate && evolves);
         let along = |direction: &Tensor<D>| self.cofactor_along(a, &point, direction);
 
         let cofactor_by_volume = if evolved { point.cofactor / point.volume_ratio } else { Tensor::zeros() };
@@ -158,9 +165,9 @@ impl<const D: usize> Model<D> {
             (Tensor::zeros(), 0.0)
         };
         let eliminated = self.unknowns.kind() == Unknowns::Velocity;
-        let chain = if self.stage.at_rest {
-            // δJ = (J/det F) cof F : δF.
-            cofactor(&point.deformation) * (point.volume_ratio / determinant(&point.deformation))
+        let chain = if self.stage.at_rest || !evolves {
+            // δJ = H : δF.
+            point.cofactor
         } else if eliminated && rate {
             (point.cofactor + rate_by_gradient * shift) / (1.0 - shift * rate_by_volume)
         } else {
@@ -361,27 +368,8 @@ impl<const D: usize> Tangent for Model<D> {
         self.unknowns.count()
     }
 
-    /// The velocities of a linear scene have the tangent `M + s² Gᵀ V κ G + s C`, with the symmetric
-    /// damping C of D_v. In general the derivative of `J = J̃ + s H:L` through H, D_p and the
-    /// reconstruction are not symmetric. Neither is the discrete gradient of an energy–momentum step. The Hessian of
-    /// a stored energy of F alone is.
     fn symmetry(&self) -> Symmetry {
-        if self.stage.at_rest && self.unknowns.kind() == Unknowns::Velocity {
-            // Without velocities every law is a stored energy.
-            return Symmetry::Symmetric;
-        }
-        let conserving = !self.stage.start.is_empty();
-        let elastic = |law: &Material| !law.evolves_volume() && law.viscosity.is_none();
-        let hessian = self.upwind.is_none() && self.materials.iter().all(|(law, _)| elastic(law));
-        if hessian && !conserving && self.unknowns.kind() == Unknowns::Velocity && !self.linear {
-            return Symmetry::Symmetric;
-        }
-        let reconstructed = self.upwind.as_ref().is_some_and(|upwind| upwind.options.interface.reconstructs());
-        if self.linear && self.structurally_linear() && self.unknowns.kind() == Unknowns::Velocity && !reconstructed {
-            Symmetry::PositiveDefinite
-        } else {
-            Symmetry::General
-        }
+        self.declared(self.problem()).symmetry
     }
 
     fn apply(&self, v: &[f64], out: &mut [f64]) {
@@ -427,6 +415,32 @@ impl<const D: usize> Tangent for Model<D> {
 
     fn blocks(&self) -> &[usize] {
         self.unknowns.starts()
+    }
+
+    fn places(&self) -> Option<Places> {
+        let coordinates = self.setup.particles.positions.iter().flat_map(|x| x.iter().copied()).collect();
+        Some(Places { dimension: D, coordinates })
+    }
+
+    /// Measured per pair and per pair of pairs (`benches/factors.rs`).
+    fn effort(&self) -> Option<Effort> {
+        let neighbourhood = &self.gradient.neighbourhood;
+        let (particles, pairs) = (self.particles().max(1) as f64, neighbourhood.pairs() as f64);
+        let near = pairs / particles;
+        let dimension = D as f64;
+        let entries = match self.linearisation.slots.get() {
+            Some(slots) => slots.pattern().entries() as f64,
+            None => {
+                let ring = (2.0 * near.powf(1.0 / dimension) - 1.0).powi(D as i32);
+                (self.unknowns.count() as f64).powi(2) / particles * ring
+            }
+        };
+        let terms = if self.upwind.is_some() { 2.0 } else { 1.0 };
+        Some(Effort {
+            action: terms * pairs * (40.0 * dimension + 10.0) * 1e-9,
+            assembly: pairs * near * 12.0 * dimension * 1e-9,
+            entries,
+        })
     }
 
     fn sparser(&self) -> Option<&dyn Tangent> {

@@ -13,8 +13,8 @@ use super::factor::check_entries;
 use super::gmres::Gmres;
 use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, check_vectors, is_known, misses, residual};
 use super::{
-    LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, SparseMatrix, SparsePattern, Symmetry,
-    Tangent, precondition,
+    LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, Places, SparseMatrix, SparsePattern,
+    Symmetry, Tangent, precondition,
 };
 use crate::vector::{axpy, dot, first_not_finite, max_norm, norm};
 
@@ -75,6 +75,10 @@ impl Tangent for Assembled<'_> {
         self.tangent.blocks()
     }
 
+    fn places(&self) -> Option<Places> {
+        self.tangent.places()
+    }
+
     fn sparser(&self) -> Option<&dyn Tangent> {
         self.tangent.sparser()
     }
@@ -100,6 +104,11 @@ impl Krylov {
             work: [Vec::new(), Vec::new()],
             counts: LinearCounts::default(),
         }
+    }
+
+    /// Limits the iterations of later solves.
+    pub(super) fn limit(&mut self, iterations: usize) {
+        self.options.max_iterations = iterations;
     }
 
     fn name(&self) -> String {
@@ -213,6 +222,7 @@ impl LinearSolver for Krylov {
             entries: self.matrix.as_ref().map_or(0, |m| m.values().len()),
             fill: if self.size.is_some() { self.preconditioner.fill() } else { 0 },
             threads: rayon::current_num_threads(),
+            reason: String::new(),
         }
     }
 

@@ -17,6 +17,7 @@
 //! | GMRES(m) | an action | robust; `m + 1` vectors |
 //! | BiCGStab | an action | seven vectors |
 //! | CG | an action, symmetry, definiteness | four vectors; reports negative curvature |
+//! | automatic | an action; entries for its better half | iterates, or factors, by counted costs |
 //!
 //! The direct solvers probe every factor (faer's LU answers `Ok` on singular matrices) and refine every
 //! solution until the residual of the operator itself meets the tolerance. The Krylov methods take a
@@ -24,10 +25,13 @@
 //! relative. Neither multigrid nor a QR factorisation is here: the first is worth it only for very large
 //! quasi-static problems, the second costs fifty times LU.
 
+mod automatic;
 mod bicgstab;
 mod cg;
 mod choice;
 mod direct;
+mod effort;
+mod elimination;
 mod factor;
 mod gmres;
 mod iteration;
@@ -42,7 +46,11 @@ mod stored;
 
 use std::sync::Arc;
 
-pub use choice::{InvalidChoice, KrylovOptions, LinearSolverChoice, Operator, Preconditioner, PreconditionerMatrix};
+pub use choice::{
+    AutomaticOptions, InvalidChoice, KrylovOptions, LinearSolverChoice, Operator, Preconditioner, PreconditionerMatrix,
+};
+pub use effort::Effort;
+pub use elimination::Places;
 pub use ldlt::{EliminationOrder, SparseCholesky, SparseLdlt};
 pub use lu::SparseLu;
 pub use sparse::{SparseMatrix, SparsePattern};
@@ -91,6 +99,17 @@ pub trait Tangent: Sync {
         &[]
     }
 
+    /// Where the [blocks](Self::blocks) of unknowns are in space, if they are anywhere: a good order of elimination
+    /// follows from it.
+    fn places(&self) -> Option<Places> {
+        None
+    }
+
+    /// What an action and the entries cost, if the operator knows; needs no pattern.
+    fn effort(&self) -> Option<Effort> {
+        None
+    }
+
     /// A sparser operator close to this one, as material for a preconditioner (the coupling between
     /// direct neighbours only, say).
     fn sparser(&self) -> Option<&dyn Tangent> {
@@ -124,6 +143,8 @@ pub struct LinearSolverInfo {
     pub fill: usize,
     /// Threads used inside the solver.
     pub threads: usize,
+    /// Why a solver that chooses for itself chose this; empty for others.
+    pub reason: String,
 }
 
 /// What one solve did.
@@ -234,6 +255,18 @@ pub trait LinearSolver: Send {
     /// # Errors
     /// [`LinearError`] if the operator does not suit the solver, is not finite, or is singular.
     fn prepare(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError>;
+
+    /// Time spent in solves, so far, on factors that turned out to be needed: it belongs to preparation.
+    fn late_preparation(&self) -> std::time::Duration {
+        std::time::Duration::ZERO
+    }
+
+    /// `x = A⁻¹ b` with the factor of the last [`prepare`](Self::prepare) and without a look at the residual, for a
+    /// caller who looks at it himself. `None` from a solver that has no factor of just that operator.
+    fn solve_unchecked(&mut self, b: &[f64], x: &mut [f64]) -> Option<Result<(), LinearError>> {
+        let _ = (b, x);
+        None
+    }
 
     /// Solves `A x = b` to `‖b − A x‖ ≤ tolerance ‖b‖`, with the factor or preconditioner of the last
     /// [`prepare`](Self::prepare); `tangent` may have moved on since (a stale factor is then a

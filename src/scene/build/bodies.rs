@@ -120,6 +120,7 @@ pub(super) fn make<const D: usize>(
             weights: text.weights.into(),
             material,
             cofactor: text.cofactor.into(),
+            volume_ratio: text.volume_ratio.as_ref().map(|choice| *choice.get_ref()).unwrap_or_default().into(),
             hourglass,
         };
         made.push(Some(Made { body, lower, upper, is_box, has_faces }));

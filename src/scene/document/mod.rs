@@ -13,7 +13,8 @@ use serde::Deserialize;
 pub(in crate::scene) use toml::Spanned;
 
 pub(in crate::scene) use body::{
-    BodyText, BoxText, LayoutText, LayoutsText, MappedBoxText, PerturbText, PointsText, RingText, ShapeText, VolumeText,
+    BodyText, BoxText, LayoutText, LayoutsText, MappedBoxText, PerturbText, PointsText, RingText, ShapeText,
+    VolumeRatioText, VolumeText,
 };
 pub(in crate::scene) use conditions::{
     AxisName, BoundaryText, ExactText, HydrostaticText, InitialText, ProbeMode, ProbeText, SelectText, TractionText,

@@ -19,6 +19,8 @@ mod jacobi;
 mod symmetric_part;
 mod triangular;
 
+pub(super) use symmetric_part::SymmetricPart;
+
 use super::choice::{Preconditioner, PreconditionerMatrix};
 use super::factor::FactoredMatrix;
 use super::iteration::ApproximateInverse;
@@ -46,7 +48,7 @@ pub(super) fn build(
         Preconditioner::Cholesky { order } => symmetric(Variant::Cholesky, order),
     };
     let inner = match matrix {
-        PreconditionerMatrix::SymmetricPart => Box::new(symmetric_part::SymmetricPart::new(inner)),
+        PreconditionerMatrix::SymmetricPart => Box::new(symmetric_part::OfSymmetricPart::new(inner)),
         _ => inner,
     };
     Box::new(FromEntries { inner, matrix })
