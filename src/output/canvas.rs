@@ -157,7 +157,8 @@ impl<B: DrawingBackend> Canvas<'_, B> {
             let size = (pixels.width as u32, pixels.height as u32);
             return self.backend.blit_bitmap(corner, size, &pixels.rgb).map_err(described);
         }
-        if under.len() + discs.len() <= MOST_CIRCLES {
+        // Each has its outline, or its rim.
+        if 2 * (under.len() + discs.len()) <= MOST_CIRCLES {
             return self.circles(under, discs, look);
         }
         let scale = DENSITY * OVERSAMPLING as f64;

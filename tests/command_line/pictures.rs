@@ -89,7 +89,7 @@ fn what_cannot_be_drawn_is_refused_with_a_remedy() {
     }
     let cases: [(&[&str], &[&str]); 11] = [
         (&["--field", "presure"], &["no field `presure`", "did you mean `pressure`?"]),
-        (&["--field", "qq"], &["choose one of: pressure, jacobian, velocity"]),
+        (&["--field", "qq"], &["choose one of: pressure, jacobian, volume, velocity"]),
         (&["--field", "velocity", "--component", "xx"], &["no component `xx`"]),
         (&["--component", "x"], &["is a scalar", "leave the component out"]),
         (&["--frame", "7"], &["no frame 7", "frames 0 to 2"]),
