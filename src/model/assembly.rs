@@ -133,18 +133,19 @@ impl<const D: usize> Model<D> {
         let sums = self.upwind.is_some().then(|| self.pair_blocks(a, own, slots, blocks));
         for (local, entry) in neighbourhood.row(a).enumerate() {
             let c = neighbourhood.neighbour(entry);
-            let frozen = &self.linearisation.particles[c];
+            let tangent = self.linearisation.stress.at(c);
+            let frozen = self.linearisation.particles.get(c);
             let transposed = self.gradient.weights[neighbourhood.twin(entry)];
             // B_ac: force row, one tensor over (k, l) per component i.
             let mut force: [Tensor<D>; D] = std::array::from_fn(|i| {
                 let mut b = Tensor::zeros();
                 for j in 0..D {
-                    b -= frozen.stress_by_gradient[i][j] * transposed[j];
+                    b -= tangent[i][j] * transposed[j];
                 }
                 b
             });
             let mut rate = Tensor::zeros();
-            if let Some(sums) = &sums {
+            if let (Some(sums), Some(frozen)) = (&sums, frozen) {
                 for (i, b) in force.iter_mut().enumerate() {
                     *b += frozen.speed_by_gradient * sums.force_by_speed[local][i];
                 }
@@ -153,7 +154,7 @@ impl<const D: usize> Model<D> {
                     rate += self.cofactor_along(c, &frozen.point, &sums.rate_by_cofactor[local]);
                 }
             }
-            if with_volume {
+            if let (true, Some(frozen)) = (with_volume, frozen) {
                 let slot = slots.position(a, c);
                 blocks[slot].force_by_volume -= frozen.stress_by_volume * transposed;
                 if let Some(sums) = &sums {

@@ -19,11 +19,13 @@
 //! | `unknowns` | which numbers an implicit stage solves for |
 //! | `stage` | `u = ũ + s f(t, u)` as a nonlinear problem |
 //! | `conserving` | the discrete-gradient step that conserves energy |
-//! | `linearisation` | derivatives of every term, and the tangent's action |
+//! | `linearisation`, `stress_tangents` | derivatives of every term |
+//! | `action` | the tangent as an operator without entries |
 //! | `slots`, `assembly` | the tangent's fixed pattern, and its entries |
 //! | `balance` | energies, dissipation, momenta |
 //! | `jacobian` | public checks of all derivatives |
 
+mod action;
 mod assembly;
 mod balance;
 mod build;
@@ -35,6 +37,7 @@ mod linearisation;
 mod loads;
 mod slots;
 mod stage;
+mod stress_tangents;
 mod unknowns;
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -230,7 +233,7 @@ impl<const D: usize> Model<D> {
 
     /// Forgets the derivatives of a point: linear equations would keep those of other terms.
     fn forget_linearisation(&mut self) {
-        self.linearisation.particles.clear();
+        self.linearisation.taken = false;
     }
 
     /// A particle in words.
