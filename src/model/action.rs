@@ -7,7 +7,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use nicolson_solvers::linear::{SparsePattern, Symmetry, Tangent};
+use nicolson_solvers::linear::{CoarseMatrix, Geometry, SparsePattern, Symmetry, Tangent, Tents};
 use rayon::prelude::*;
 
 use super::evaluation::GRAIN;
@@ -284,6 +284,22 @@ impl<const D: usize> Tangent for Model<D> {
 
     fn blocks(&self) -> &[usize] {
         self.unknowns.starts()
+    }
+
+    fn offers_diagonal_blocks(&self) -> bool {
+        self.knows_diagonal()
+    }
+
+    fn diagonal_blocks(&self, values: &mut [f64]) {
+        self.write_diagonal(values);
+    }
+
+    fn geometry(&self) -> Option<Geometry> {
+        self.unknown_places()
+    }
+
+    fn project(&self, tents: &Tents, coarse: &mut CoarseMatrix) -> bool {
+        self.project_onto(tents, coarse)
     }
 
     fn sparser(&self) -> Option<&dyn Tangent> {

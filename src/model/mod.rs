@@ -21,6 +21,7 @@
 //! | `conserving` | the discrete-gradient step that conserves energy |
 //! | `linearisation`, `stress_tangents` | derivatives of every term |
 //! | `action` | the tangent as an operator without entries |
+//! | `diagonal`, `projection` | material for preconditioners without entries |
 //! | `slots`, `assembly` | the tangent's fixed pattern, and its entries |
 //! | `balance` | energies, dissipation, momenta |
 //! | `jacobian` | public checks of all derivatives |
@@ -30,11 +31,13 @@ mod assembly;
 mod balance;
 mod build;
 mod conserving;
+mod diagonal;
 mod evaluation;
 mod hourglass;
 mod jacobian;
 mod linearisation;
 mod loads;
+mod projection;
 mod slots;
 mod stage;
 mod stress_tangents;

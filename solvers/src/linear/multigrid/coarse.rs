@@ -22,7 +22,8 @@ struct Row {
 }
 
 impl CoarseMatrix {
-    pub(super) fn zeros(dimension: usize, nodes: usize) -> Self {
+    /// A matrix of zeros.
+    pub fn zeros(dimension: usize, nodes: usize) -> Self {
         Self { dimension, rows: vec![Row::default(); nodes] }
     }
 
@@ -63,7 +64,7 @@ impl CoarseMatrix {
     }
 
     /// Columns and blocks of a row.
-    pub(super) fn row(&self, row: usize) -> impl Iterator<Item = (usize, &[f64])> {
+    pub fn row(&self, row: usize) -> impl Iterator<Item = (usize, &[f64])> {
         let Row { columns, blocks } = &self.rows[row];
         columns.iter().map(|&c| c as usize).zip(blocks.chunks(self.dimension * self.dimension))
     }

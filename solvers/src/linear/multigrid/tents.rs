@@ -74,7 +74,7 @@ impl PointTents {
 impl Tents {
     /// Lattices of a spacing of `ratio` times that of the points. `None` for a part with more than 65535 cells in a
     /// row, or points that are not finite.
-    pub(super) fn new(geometry: Geometry, ratio: f64) -> Option<Self> {
+    pub fn new(geometry: Geometry, ratio: f64) -> Option<Self> {
         let Geometry { dimension, positions, unknowns, parts } = geometry;
         let mut seats = Vec::with_capacity(positions.len());
         let (mut lattices, mut offset) = (Vec::new(), 0);
