@@ -74,7 +74,7 @@ impl<const D: usize> Model<D> {
     /// The one-ring part of the tangent at the last linearised point. Only its own entries are ever
     /// stored, so it serves the matrix-free path where the whole tangent would not fit.
     pub(super) fn one_ring(&self) -> OneRing {
-        let (slots, neighbourhood) = (self.slots(), &self.gradient.neighbourhood);
+        let neighbourhood = &self.gradient.neighbourhood;
         let pattern = self.linearisation.one_ring_pattern.get_or_init(|| Arc::new(self.one_ring_pattern()));
         let mut values = vec![0.0; pattern.entries()];
         let mut blocks = Vec::new();
@@ -83,6 +83,15 @@ impl<const D: usize> Model<D> {
             let unknowns = self.unknowns.of(a);
             let (own, tail) = rest.split_at_mut(pattern.offsets()[unknowns.end] - pattern.offsets()[unknowns.start]);
             rest = tail;
+            // The two-ring of one particle at a time: all of them together are what this path avoids.
+            let row;
+            let slots = match self.linearisation.slots.get() {
+                Some(slots) => slots,
+                None => {
+                    row = self.slots_of(a);
+                    &row
+                }
+            };
             blocks.clear();
             blocks.resize(slots.ring(a).len(), Block::<D>::zero());
             self.row_blocks(a, slots, &mut blocks);

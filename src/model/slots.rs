@@ -19,6 +19,8 @@ pub struct Slots {
     /// For every entry (a, c): where the slots of c's neighbours in a's ring begin.
     slot_starts: Vec<usize>,
     slots: Vec<u32>,
+    /// First particle and first entry that it knows.
+    first: (usize, usize),
 }
 
 impl Slots {
@@ -29,11 +31,13 @@ impl Slots {
 
     /// Slots of c's neighbours in a's ring, for the entry (a, c).
     pub(super) fn of_entry(&self, entry: usize) -> &[u32] {
+        let entry = entry - self.first.1;
         &self.slots[self.slot_starts[entry]..self.slot_starts[entry + 1]]
     }
 
     /// Particles that the rows of `a` couple to, ascending.
     pub(super) fn ring(&self, a: usize) -> &[u32] {
+        let a = a - self.first.0;
         &self.rings[self.ring_starts[a]..self.ring_starts[a + 1]]
     }
 
@@ -47,6 +51,26 @@ impl<const D: usize> Model<D> {
     /// Pattern and slots, built at the first request: an explicit run never pays for them.
     pub(super) fn slots(&self) -> &Slots {
         self.linearisation.slots.get_or_init(|| self.build_slots())
+    }
+
+    /// The slots of one particle alone, for the matrix-free path, which keeps none.
+    pub(super) fn slots_of(&self, a: usize) -> Slots {
+        let neighbourhood = &self.gradient.neighbourhood;
+        let rings = neighbourhood.two_ring(a);
+        let (mut slot_starts, mut slots) = (vec![0], Vec::new());
+        for &c in neighbourhood.of(a) {
+            slots.extend(walk(&rings, neighbourhood, c as usize));
+            slot_starts.push(slots.len());
+        }
+        Slots {
+            pattern: Arc::new(SparsePattern::new(vec![0], Vec::new())),
+            values: Vec::new(),
+            ring_starts: vec![0, rings.len()],
+            rings,
+            slot_starts,
+            slots,
+            first: (a, neighbourhood.row(a).start),
+        }
     }
 
     fn build_slots(&self) -> Slots {
@@ -73,6 +97,7 @@ impl<const D: usize> Model<D> {
             rings,
             slot_starts,
             slots,
+            first: (0, 0),
         }
     }
 

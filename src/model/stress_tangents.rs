@@ -94,7 +94,20 @@ impl<const D: usize> StressTangents<D> {
     pub fn at(&self, a: usize) -> Tensor4<D> {
         match self {
             Self::Full(tangents) => tangents[a],
-            Self::Symmetric(_) | Self::Volumetric(_) => tensor4_of(|direction| self.apply(a, direction)),
+            Self::Volumetric(_) => tensor4_of(|direction| self.apply(a, direction)),
+            Self::Symmetric(values) => {
+                let mut out: Tensor4<D> = [[Tensor::zeros(); D]; D];
+                let mut rest = &values[a * triangle(D)..(a + 1) * triangle(D)];
+                for i in 0..D * D {
+                    let (row, tail) = rest.split_at(D * D - i);
+                    rest = tail;
+                    for (j, &value) in (i..).zip(row) {
+                        out[i % D][i / D].as_mut_slice()[j] = value;
+                        out[j % D][j / D].as_mut_slice()[i] = value;
+                    }
+                }
+                out
+            }
         }
     }
 }

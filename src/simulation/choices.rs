@@ -1,7 +1,7 @@
 //! Names in a scene ↔ choices of the solvers.
 
 use nicolson_solvers::linear::{
-    EliminationOrder, KrylovOptions, LinearSolverChoice, Preconditioner, PreconditionerMatrix, Symmetry,
+    EliminationOrder, KrylovOptions, LinearSolverChoice, MultigridOptions, Operator, Preconditioner, PreconditionerMatrix, Symmetry,
 };
 use nicolson_solvers::nonlinear::{Forcing, Globalisation, NewtonOptions, TangentPolicy};
 use nicolson_solvers::time::{Adaptive, Effort, RkcOptions, RkcStages, Scheme, StepControl};
@@ -122,6 +122,7 @@ pub fn linear(scene: &Scene, symmetry: Symmetry) -> Result<LinearSolverChoice, R
             settings::PreconditionerChoice::None => Preconditioner::None,
             settings::PreconditionerChoice::Jacobi => Preconditioner::Jacobi,
             settings::PreconditionerChoice::BlockJacobi => Preconditioner::BlockJacobi,
+            settings::PreconditionerChoice::Multigrid => Preconditioner::Multigrid(MultigridOptions::default()),
             settings::PreconditionerChoice::Ilu0 | settings::PreconditionerChoice::OneRing => Preconditioner::Ilu0,
             settings::PreconditionerChoice::Ilut => Preconditioner::ilut(),
             settings::PreconditionerChoice::SymmetricPart => {
@@ -132,6 +133,11 @@ pub fn linear(scene: &Scene, symmetry: Symmetry) -> Result<LinearSolverChoice, R
             settings::PreconditionerChoice::OneRing => PreconditionerMatrix::Sparser,
             settings::PreconditionerChoice::SymmetricPart => PreconditionerMatrix::SymmetricPart,
             _ => PreconditionerMatrix::Auto,
+        },
+        operator: match linear.operator {
+            settings::OperatorChoice::Auto => Operator::Auto,
+            settings::OperatorChoice::Assembled => Operator::Assembled,
+            settings::OperatorChoice::MatrixFree => Operator::MatrixFree,
         },
         max_iterations: linear.max_iterations,
         ..KrylovOptions::default()
@@ -144,6 +150,7 @@ pub fn linear(scene: &Scene, symmetry: Symmetry) -> Result<LinearSolverChoice, R
         settings::SolverChoice::Gmres => LinearSolverChoice::Gmres { restart: linear.restart, krylov },
         settings::SolverChoice::Bicgstab => LinearSolverChoice::BiCgStab { krylov },
         settings::SolverChoice::Cg => LinearSolverChoice::Cg { krylov },
+        settings::SolverChoice::Minres => LinearSolverChoice::Minres { krylov },
     };
     choice.validate().map_err(|error| RunError::Choice(format!("[linear]: {error}")))?;
     Ok(choice)

@@ -272,14 +272,15 @@ impl<const D: usize> Hourglass<D> {
             return -gradient.transposed_of(a, stress);
         }
         let (here, own, mean) = (self.positions[a], vector_at::<D>(displacement, a), gradients[a]);
-        let mut sum = Vector::zeros();
-        for (entry, k) in near.row(a).zip(stiffness) {
+        let (mut sum, mut around) = (Vector::zeros(), Vector::zeros());
+        for (entry, &k) in near.row(a).zip(stiffness) {
             let b = near.neighbour(entry);
             let scaled = (self.positions[b] - here) * (0.5 * k);
-            sum += (vector_at::<D>(displacement, b) - own) * *k - (mean + gradients[b]) * scaled;
-            sum -= stress[b] * gradient.weights[near.twin(entry)];
+            around += scaled;
+            sum += (vector_at::<D>(displacement, b) - own) * k;
+            sum -= gradients[b] * scaled + stress[b] * gradient.weights[near.twin(entry)];
         }
-        sum
+        sum - mean * around
     }
 
     /// The particle's part of Π, J.
