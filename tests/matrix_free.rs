@@ -220,3 +220,28 @@ fn multigrid_says_what_it_needs() {
     let error = LinearSolverChoice::Gmres { restart: 20, krylov }.build().prepare(&model);
     assert_eq!(error, Err(LinearError::NeedsGeometry));
 }
+
+#[test]
+fn the_same_bits_for_any_number_of_threads() {
+    let model = linearised([24, 18], Material::solid(1000.0, NEO, Transverse::Strain), 0.2);
+    let b: Vec<f64> = (0..model.size()).map(|i| (i as f64 * 0.7).sin()).collect();
+    for smoothing in [0, 1] {
+        let preconditioner =
+            Preconditioner::Multigrid(MultigridOptions { smoothing, spacing: 2.0, coarsest: 50 });
+        let krylov = KrylovOptions { preconditioner, operator: Operator::MatrixFree, ..Default::default() };
+        let solve = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            pool.install(|| {
+                let mut solver = LinearSolverChoice::Cg { krylov: krylov.clone() }.build();
+                let mut x = vec![0.0; b.len()];
+                solver.prepare(&model).expect("regular");
+                solver.solve(&model, &b, &mut x, 1e-8).expect("solved");
+                x
+            })
+        };
+        let reference = solve(1);
+        for threads in [2, 3] {
+            assert!(solve(threads).iter().zip(&reference).all(|(x, r)| x.to_bits() == r.to_bits()), "{threads}");
+        }
+    }
+}
