@@ -1,10 +1,12 @@
-//! Cost of the layers of one implicit step, as ratios to one rate evaluation in the same run.
+//! Cost of the layers of one implicit step, as ratios to one rate evaluation in the same run, and one Newton
+//! iteration against its factorisation and solve.
 //!
 //! `cargo bench --bench layers [-- SPACING…]`. Clock times on shared machines are noise; ratios taken in one run
-//! are not. Each figure is the smallest of several repetitions.
+//! are not. Each figure is the smallest of several repetitions. Three cases of impact-hyperelastic, one thread:
 //!
-//! Measured on two cores, one thread, impact-hyperelastic with D_v (rate = 1): see the table that it prints. The
-//! direct factorisation dominates from some thousand particles on, as the README's limitations say.
+//! - `symmetric`: without D_v, J from the determinant. LDLᵀ.
+//! - `D_v`: as the scene is. GMRES with the LDLᵀ factor of the symmetric part.
+//! - `LU`: the same as the latter, by LU.
 #![allow(clippy::print_stdout, reason = "a bench reports on the terminal")]
 
 use std::path::Path;
@@ -13,7 +15,9 @@ use std::time::Instant;
 use nicolson::model::CheckPoint;
 use nicolson::scene::Scene;
 use nicolson::simulation::prepare;
-use nicolson_solvers::linear::{LinearSolver, SparseLu, Tangent};
+use nicolson_solvers::linear::{
+    EliminationOrder, KrylovOptions, LinearSolverChoice, Preconditioner, PreconditionerMatrix, Tangent,
+};
 use nicolson_solvers::nonlinear::NonlinearProblem;
 use nicolson_solvers::time::{StageSystem, System};
 
@@ -28,9 +32,27 @@ fn smallest(repetitions: usize, mut work: impl FnMut()) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-fn measure(spacing: &str) -> Result<(), Box<dyn std::error::Error>> {
+fn preconditioned() -> LinearSolverChoice {
+    let krylov = KrylovOptions {
+        preconditioner: Preconditioner::Ldlt { order: EliminationOrder::default() },
+        preconditioner_matrix: PreconditionerMatrix::SymmetricPart,
+        ..KrylovOptions::default()
+    };
+    LinearSolverChoice::Gmres { restart: 50, krylov }
+}
+
+type Overrides<'a> = &'a [(&'a str, &'a str)];
+
+fn measure(
+    case: &str,
+    spacing: &str,
+    overrides: Overrides<'_>,
+    choice: &LinearSolverChoice,
+) -> Result<(), Box<dyn std::error::Error>> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/impact-hyperelastic.toml");
-    let scene = Scene::read(&path, &[("body.0.spacing".into(), spacing.into())])?;
+    let mut all = vec![("body.0.spacing".to_owned(), spacing.to_owned())];
+    all.extend(overrides.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())));
+    let scene = Scene::read(&path, &all)?;
     let start = Instant::now();
     let mut prepared = prepare::<2>(&scene)?;
     let setup = start.elapsed().as_secs_f64();
@@ -51,15 +73,18 @@ fn measure(spacing: &str) -> Result<(), Box<dyn std::error::Error>> {
     let mut action = vec![0.0; unknowns.len()];
     let apply = smallest(10, || model.tangent().apply(&residual, &mut action));
     let mut values = vec![0.0; model.pattern_entries()];
-    let fill = smallest(5, || model.fill(&mut values));
-    let mut solver = SparseLu::new();
+    let fill = smallest(10, || model.fill(&mut values));
+    let mut solver = choice.build();
     solver.prepare(model.tangent())?;
-    let factor = smallest(3, || solver.prepare(model.tangent()).unwrap_or_default()) - fill;
+    let factor = smallest(5, || solver.prepare(model.tangent()).unwrap_or_default()) - fill;
+    let mut iterations = 0;
     let solve = smallest(5, || {
-        let _ = solver.solve(model.tangent(), &residual, &mut action, 1e-10);
+        iterations = solver.solve(model.tangent(), &residual, &mut action, 1e-10).map_or(0, |report| report.iterations);
     });
+    let algebra = factor + solve;
+    let all = residual_time + linearise + fill + algebra;
     println!(
-        "{:>9} {:>9} {:>10.2e} {:>8.1} {:>8.1} {:>8.1} {:>8.1} {:>8.1} {:>8.1} {:>8.1}",
+        "{case:>9} {:>9} {:>9} {:>10.2e} {:>8.1} {:>8.2} {:>8.2} {:>8.2} {:>8.2} {:>8.2} {:>8.2} {:>5} {:>10.2e} {:>8.2}",
         model.particles(),
         unknowns.len(),
         unit,
@@ -69,7 +94,10 @@ fn measure(spacing: &str) -> Result<(), Box<dyn std::error::Error>> {
         apply / unit,
         fill / unit,
         factor / unit,
-        solve / unit
+        solve / unit,
+        iterations,
+        all,
+        all / algebra,
     );
     Ok(())
 }
@@ -78,10 +106,36 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let chosen: Vec<String> = std::env::args().skip(1).filter(|a| a.parse::<f64>().is_ok()).collect();
     let spacings = if chosen.is_empty() { vec!["0.25".into(), "0.125".into(), "0.0625".into()] } else { chosen };
     println!(
-        "{:>9} {:>9} {:>10} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
-        "particles", "unknowns", "rate [s]", "set-up", "residual", "linear.", "action", "entries", "factor", "solve"
+        "{:>9} {:>9} {:>9} {:>10} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>5} {:>10} {:>8}",
+        "case",
+        "particles",
+        "unknowns",
+        "rate [s]",
+        "set-up",
+        "residual",
+        "linear.",
+        "action",
+        "entries",
+        "factor",
+        "solve",
+        "iter.",
+        "Newton [s]",
+        "/algebra"
     );
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-    pool.install(|| spacings.iter().try_for_each(|spacing| measure(spacing).map_err(|e| e.to_string())))?;
+    let cases: [(&str, Overrides<'_>, LinearSolverChoice); 4] = [
+        ("symmetric", &[("stabilisation.tau_v", "0")], LinearSolverChoice::ldlt()),
+        ("the same", &[("stabilisation.tau_v", "0")], LinearSolverChoice::Lu),
+        ("D_v", &[], preconditioned()),
+        ("LU", &[], LinearSolverChoice::Lu),
+    ];
+    pool.install(|| {
+        for spacing in &spacings {
+            for (case, overrides, choice) in &cases {
+                measure(case, spacing, overrides, choice).map_err(|e| e.to_string())?;
+            }
+        }
+        Ok::<(), String>(())
+    })?;
     Ok(())
 }

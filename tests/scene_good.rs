@@ -183,6 +183,7 @@ fn every_key_reaches_the_set_up() {
         corrected_gradient: true,
         interface: InterfaceChoice::Reconstructed,
         stress_jump: true,
+        transverse_shear: false,
     };
     assert_eq!(setup.stabilisation, Some(stabilisation));
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use nicolson::output::{LinePlot, LineSeries, Style};
 
+use super::basics::reason;
 use super::case::{CONTROL, Case, Matrices};
 use super::measure::{Found, Values};
 
@@ -99,10 +100,6 @@ impl Row {
     fn error(&self) -> f64 {
         self.static_error.abs().max(self.frequency_error().abs())
     }
-}
-
-fn reason<E: std::fmt::Display>(path: &Path) -> impl FnOnce(E) -> String {
-    move |error| format!("{}: {error}", path.display())
 }
 
 /// Writes `discretisation-study.csv`, `.md`, `.svg` and `.png`.

@@ -32,12 +32,17 @@ impl<const D: usize> Gradient<D> {
             .map(|body| (body.particles.clone(), kernel::support(body.kernel) * body.smoothing * body.spacing))
             .collect();
         let positions = &particles.positions;
-        let neighbourhood = Neighbourhood::search(positions, &reach);
+        // Diagonals of bent cells may be longer than the support: with a kernel of zero, but neighbours all the same.
+        let cells = bodies
+            .iter()
+            .filter(|body| matches!(body.weights, WeightChoice::Cells | WeightChoice::Auto))
+            .flat_map(|body| balance::cells_of_body(body, particles));
+        let neighbourhood = Neighbourhood::search(positions, &reach, cells);
         let mut weights = Vec::with_capacity(neighbourhood.pairs());
         for body in bodies {
             let kernel_volumes = match body.weights {
                 WeightChoice::Single => &particles.volumes,
-                WeightChoice::Separate | WeightChoice::Balanced | WeightChoice::Auto => &particles.kernel_volumes,
+                _ => &particles.kernel_volumes,
             };
             let correction = KernelCorrection {
                 kernel: body.kernel,
@@ -56,7 +61,8 @@ impl<const D: usize> Gradient<D> {
         for body in bodies {
             let limit = match body.weights {
                 WeightChoice::Single | WeightChoice::Separate => continue,
-                WeightChoice::Balanced => balance::Effort::Any,
+                WeightChoice::Balanced => balance::Effort::Least,
+                WeightChoice::Cells => balance::Effort::Cells,
                 WeightChoice::Auto => balance::Effort::Cheap,
             };
             let start = Instant::now();

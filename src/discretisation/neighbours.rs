@@ -18,14 +18,29 @@ pub struct Neighbourhood {
 
 impl Neighbourhood {
     /// Finds all pairs closer than `radius[body]`, within each body. Bodies are ranges of particles
-    /// that together cover all positions; particles of different bodies never interact.
-    pub fn search<const D: usize>(positions: &[Vector<D>], bodies: &[(std::ops::Range<usize>, f64)]) -> Self {
+    /// that together cover all positions; particles of different bodies never interact. Particles of one of the `cells`
+    /// are neighbours, however far apart.
+    pub fn search<'a, const D: usize>(
+        positions: &[Vector<D>],
+        bodies: &[(std::ops::Range<usize>, f64)],
+        cells: impl IntoIterator<Item = &'a [u32]>,
+    ) -> Self {
         let mut rows: Vec<Vec<u32>> = Vec::with_capacity(positions.len());
         for (range, radius) in bodies {
             // Pairs exactly at the edge of the support have weight zero; rounding must not decide
             // over them.
             let reach = radius * (1.0 - 1e-9);
             rows.extend(search_body(positions, range.clone(), reach));
+        }
+        for cell in cells {
+            for &a in cell {
+                let row = &mut rows[a as usize];
+                for b in cell {
+                    if let Err(place) = row.binary_search(b) {
+                        row.insert(place, *b);
+                    }
+                }
+            }
         }
         Self::from_rows(&rows)
     }
@@ -187,7 +202,7 @@ mod tests {
     #[test]
     fn the_search_finds_exactly_the_pairs_of_a_direct_test() {
         let points = cloud(400);
-        let table = Neighbourhood::search(&points, &[(0..250, 0.13), (250..400, 0.2)]);
+        let table = Neighbourhood::search(&points, &[(0..250, 0.13), (250..400, 0.2)], []);
         for a in 0..400 {
             let (body, reach) = if a < 250 { (0..250, 0.13) } else { (250..400, 0.2) };
             let expected: Vec<u32> =
@@ -207,7 +222,7 @@ mod tests {
         let points: Vec<Vector<2>> = (0..15 * 15).map(|i| Vector::<2>::new((i % 15) as f64, (i / 15) as f64)).collect();
         let centre = 7 * 15 + 7;
         for (support, one, two) in [(2.0, 9, 25), (2.4, 21, 69), (3.0, 25, 81)] {
-            let table = Neighbourhood::search(&points, &[(0..points.len(), support)]);
+            let table = Neighbourhood::search(&points, &[(0..points.len(), support)], []);
             assert_eq!(table.of(centre).len(), one);
             assert_eq!(table.two_ring(centre).len(), two);
         }

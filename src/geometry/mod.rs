@@ -8,6 +8,7 @@
 mod faces;
 mod lattice;
 mod mapped;
+mod multilinear;
 mod points;
 mod ring;
 mod stencil;
@@ -16,6 +17,7 @@ mod volumes;
 pub use faces::read_faces;
 pub use lattice::{BoxLattice, LatticeError, Layout, Layouts};
 pub use mapped::{MapError, MappedLattice};
+pub(crate) use multilinear::gradient_products;
 pub use points::{PointError, read_points};
 pub use ring::{RingError, RingLattice};
 pub use stencil::stencil_volumes;

@@ -7,7 +7,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use nicolson_solvers::linear::{CoarseMatrix, Geometry, SparsePattern, Symmetry, Tangent, Tents};
+use nicolson_solvers::linear::{CoarseMatrix, Geometry, Places, SparsePattern, Symmetry, Tangent, Tents};
 use rayon::prelude::*;
 
 use super::evaluation::GRAIN;
@@ -242,25 +242,8 @@ impl<const D: usize> Tangent for Model<D> {
         self.unknowns.count()
     }
 
-    /// The velocities of a linear scene have the tangent `M + s² Gᵀ V κ G + s C`, with the symmetric
-    /// damping C of D_v. In general the derivative of `J = J̃ + s H:L` through H, D_p and the
-    /// reconstruction are not symmetric. Neither is the discrete gradient of an energy–momentum step. The Hessian of
-    /// a stored energy of F alone is.
     fn symmetry(&self) -> Symmetry {
-        let alone = self.unknowns.kind() == Unknowns::Velocity;
-        if self.stage.at_rest && alone {
-            // Without velocities every law is a stored energy.
-            return Symmetry::Symmetric;
-        }
-        if alone && !self.linear && self.upwind.is_none() && self.has_stored_energies() {
-            return Symmetry::Symmetric;
-        }
-        let reconstructed = self.upwind.as_ref().is_some_and(|upwind| upwind.options.interface.reconstructs());
-        if self.linear && self.structurally_linear() && alone && !reconstructed {
-            Symmetry::PositiveDefinite
-        } else {
-            Symmetry::General
-        }
+        self.declared(self.problem()).symmetry
     }
 
     fn apply(&self, v: &[f64], out: &mut [f64]) {
@@ -292,6 +275,11 @@ impl<const D: usize> Tangent for Model<D> {
 
     fn diagonal_blocks(&self, values: &mut [f64]) {
         self.write_diagonal(values);
+    }
+
+    fn places(&self) -> Option<Places> {
+        let coordinates = self.setup.particles.positions.iter().flat_map(|x| x.iter().copied()).collect();
+        Some(Places { dimension: D, coordinates })
     }
 
     fn geometry(&self) -> Option<Geometry> {

@@ -48,13 +48,17 @@ impl<const D: usize> Model<D> {
 
     /// Kinetic and internal energy, and that of the hourglass control.
     pub fn energies(&self, state: &[f64]) -> Energies {
-        let ratios = self.volume_ratios(state);
         Energies {
             kinetic: self.sum(|a| 0.5 * self.masses[a] * self.velocity(state, a).norm_squared()),
             internal: self.sum(|a| {
                 let material = self.material(a);
-                let solid = material.solid.map_or(0.0, |solid| solid.energy(&self.deformation(state, a)));
-                self.setup.particles.volumes[a] * (material.energy(ratios[a]) + solid)
+                if material.solid.is_none() {
+                    return self.setup.particles.volumes[a] * material.energy(self.volume_ratio(state, a));
+                }
+                let deformation = self.deformation(state, a);
+                let ratio = self.volume_ratio_in(state, a, &deformation);
+                let solid = material.solid.map_or(0.0, |solid| solid.energy(&deformation));
+                self.setup.particles.volumes[a] * (material.energy(ratio) + solid)
             }),
             hourglass: self.hourglass_energy(self.displacements(state)),
         }
@@ -203,7 +207,7 @@ impl<const D: usize> Model<D> {
     /// Cauchy stress of a particle with its part across the directions left out, Pa, without viscosity.
     pub fn cauchy_stress(&self, state: &[f64], a: usize) -> Tensor<3> {
         let material = self.material(a);
-        let mut stress = Tensor::<3>::identity() * -material.pressure(self.volume_ratios(state)[a]);
+        let mut stress = Tensor::<3>::identity() * -material.pressure(self.volume_ratio(state, a));
         let Some(solid) = material.solid else { return stress };
         let f = self.deformation(state, a);
         let (ratio, pressure) = solid.pressure(&f);

@@ -17,7 +17,7 @@ use nicolson_solvers::linear::SparsePattern;
 use rayon::prelude::*;
 
 use super::action::ScratchPool;
-use super::assembly::OneRing;
+use super::assembly::{Buffers, OneRing};
 use super::evaluation::{GRAIN, Point};
 use super::slots::Slots;
 use super::stress_tangents::StressTangents;
@@ -25,7 +25,7 @@ use super::{Model, Unknowns};
 use crate::setup::CofactorChoice;
 use crate::stabilisation::{PressurePair, VelocityPair};
 use crate::tensor::{
-    Tensor, Tensor4, Vector, add4, cofactor, cofactor_variation, contract, determinant, outer, smallest_stretch,
+    Tensor, Tensor4, Vector, add4, cofactor_variation, contract, outer, smallest_stretch,
 };
 
 /// Derivatives at one particle beside that of the stress with respect to F.
@@ -73,6 +73,10 @@ pub struct Linearisation<const D: usize> {
     pub slopes: Vec<(Tensor<D>, Vector<D>)>,
     /// Pattern of the entries and where the parts of a row go; built at the first request.
     pub slots: std::sync::OnceLock<Slots>,
+    /// The hourglass control's part of the entries, see `hourglass`; built at the first assembly that has it.
+    pub hourglass: std::sync::OnceLock<Vec<f64>>,
+    /// Buffers of the assembly.
+    pub buffers: Buffers<D>,
     /// One-ring part of the tangent at the point; built at the first request.
     pub one_ring: std::sync::OnceLock<OneRing>,
     /// Pattern of the one-ring part; built once.
@@ -86,6 +90,10 @@ impl<const D: usize> Model<D> {
     pub(super) fn cofactor_along(&self, a: usize, point: &Point<D>, direction: &Tensor<D>) -> Tensor<D> {
         match self.cofactor_choice(a) {
             CofactorChoice::Geometric => cofactor_variation(&point.deformation, direction),
+            // H = k cof F.
+            CofactorChoice::Evolved if !self.evolves_volume(a) => {
+                cofactor_variation(&point.deformation, direction) * self.initial_volume_constant(a)
+            }
             CofactorChoice::Evolved => {
                 // H = J F⁻ᵀ: −J F⁻ᵀ Aᵀ F⁻ᵀ = −H Aᵀ H / J.
                 -(point.cofactor * direction.transpose() * point.cofactor) / point.volume_ratio
@@ -126,7 +134,7 @@ impl<const D: usize> Model<D> {
 
     /// `∂J̇/∂F` and `∂J̇/∂J` of the term H:L.
     fn rate_slopes(&self, a: usize, point: &Point<D>) -> (Tensor<D>, f64) {
-        if !self.terms.volume_rate {
+        if !(self.terms.volume_rate && self.evolves_volume(a)) {
             return (Tensor::zeros(), 0.0);
         }
         let by_gradient = self.cofactor_along(a, point, &point.velocity_gradient);
@@ -136,8 +144,8 @@ impl<const D: usize> Model<D> {
     /// `∂H/∂J`.
     fn cofactor_by_volume(&self, a: usize, point: &Point<D>) -> Tensor<D> {
         match self.cofactor_choice(a) {
-            CofactorChoice::Evolved => point.cofactor / point.volume_ratio,
-            CofactorChoice::Geometric => Tensor::zeros(),
+            CofactorChoice::Evolved if self.evolves_volume(a) => point.cofactor / point.volume_ratio,
+            CofactorChoice::Evolved | CofactorChoice::Geometric => Tensor::zeros(),
         }
     }
 
@@ -153,9 +161,9 @@ impl<const D: usize> Model<D> {
     /// `∂J/∂F` where J is eliminated, else zero.
     pub(super) fn volume_chain(&self, a: usize, point: &Point<D>, shift: f64) -> Tensor<D> {
         let eliminated = self.unknowns.kind() == Unknowns::Velocity;
-        if self.stage.at_rest {
-            // δJ = (J/det F) cof F : δF.
-            cofactor(&point.deformation) * (point.volume_ratio / determinant(&point.deformation))
+        if self.stage.at_rest || !self.evolves_volume(a) {
+            // δJ = H : δF.
+            point.cofactor
         } else if eliminated && self.terms.volume_rate {
             let (by_gradient, by_volume) = self.rate_slopes(a, point);
             (point.cofactor + by_gradient * shift) / (1.0 - shift * by_volume)

@@ -125,11 +125,11 @@ impl<const D: usize> Model<D> {
         for &c in particles {
             let c = c as usize;
             self.tents_at(c, tents, &places, &mut local);
-            self.add_stress(c, &local, &mut sums);
+            self.project_stress(c, &local, &mut sums);
             if !self.linearisation.at_rest {
-                self.add_mass(c, &local, &mut sums);
+                self.project_mass(c, &local, &mut sums);
             }
-            self.add_hourglass(c, tents, &places, &local, &mut sums);
+            self.project_hourglass(c, tents, &places, &local, &mut sums);
         }
         sums
     }
@@ -173,7 +173,7 @@ impl<const D: usize> Model<D> {
         })
     }
 
-    fn add_stress(&self, c: usize, local: &Local<D>, sums: &mut CellSums) {
+    fn project_stress(&self, c: usize, local: &Local<D>, sums: &mut CellSums) {
         let tangent = self.scaled_tangent(c);
         for (position, &j) in local.active.iter().enumerate() {
             // Stress, row m, by a unit of component k of tent j.
@@ -196,7 +196,7 @@ impl<const D: usize> Model<D> {
         }
     }
 
-    fn add_mass(&self, c: usize, local: &Local<D>, sums: &mut CellSums) {
+    fn project_mass(&self, c: usize, local: &Local<D>, sums: &mut CellSums) {
         let mass = self.masses[c];
         let own = |i: &&usize| local.values[**i].iter().any(|&value| value != 0.0);
         for (position, &j) in local.active.iter().enumerate().filter(|(_, j)| own(j)) {
@@ -209,7 +209,7 @@ impl<const D: usize> Model<D> {
         }
     }
 
-    fn add_hourglass(&self, c: usize, tents: &Tents, places: &[u32], local: &Local<D>, sums: &mut CellSums) {
+    fn project_hourglass(&self, c: usize, tents: &Tents, places: &[u32], local: &Local<D>, sums: &mut CellSums) {
         let Some(control) = self.active_hourglass() else { return };
         let near = &self.gradient.neighbourhood;
         let factor = 0.5 * self.linearisation.shift.powi(2);

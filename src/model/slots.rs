@@ -1,26 +1,24 @@
-//! Where the entries of the tangent are: its pattern, and the place of every part of a row, found once per run.
+//! Where the entries of the tangent are: its pattern and the rings behind it, found once per run.
 
+use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use nicolson_solvers::linear::SparsePattern;
+use rayon::prelude::*;
 
 use super::Model;
-use crate::discretisation::Neighbourhood;
 
-/// Pattern of the entries and where the parts of a row go.
+/// Pattern of the entries, and whose they are.
 #[derive(Debug, Clone)]
 pub struct Slots {
     pattern: Arc<SparsePattern>,
-    /// First value of every particle's rows, and the number of values.
-    pub(super) values: Vec<usize>,
     /// Two-rings, in compressed rows.
     ring_starts: Vec<usize>,
     rings: Vec<u32>,
-    /// For every entry (a, c): where the slots of c's neighbours in a's ring begin.
+    /// Where the slots of a particle begin; particles whose rings look alike, as in a lattice, share them.
     slot_starts: Vec<usize>,
     slots: Vec<u32>,
-    /// First particle and first entry that it knows.
-    first: (usize, usize),
 }
 
 impl Slots {
@@ -29,76 +27,55 @@ impl Slots {
         &self.pattern
     }
 
-    /// Slots of c's neighbours in a's ring, for the entry (a, c).
-    pub(super) fn of_entry(&self, entry: usize) -> &[u32] {
-        let entry = entry - self.first.1;
-        &self.slots[self.slot_starts[entry]..self.slot_starts[entry + 1]]
-    }
-
     /// Particles that the rows of `a` couple to, ascending.
     pub(super) fn ring(&self, a: usize) -> &[u32] {
-        let a = a - self.first.0;
-        &self.rings[self.ring_starts[a]..self.ring_starts[a + 1]]
+        &self.rings[self.ring_range(a)]
     }
 
-    /// Position of a neighbour of `a` in a's ring.
-    pub(super) fn position(&self, a: usize, neighbour: usize) -> usize {
-        self.ring(a).partition_point(|&e| (e as usize) < neighbour)
+    /// For every neighbour c of `a`, and every neighbour e of c: the place of e in a's ring, counted from 1.
+    #[inline]
+    pub(super) fn of(&self, a: usize) -> &[u32] {
+        &self.slots[self.slot_starts[a]..]
+    }
+
+    /// Where the ring of `a` lies among all rings.
+    pub(super) fn ring_range(&self, a: usize) -> Range<usize> {
+        self.ring_starts[a]..self.ring_starts[a + 1]
     }
 }
 
 impl<const D: usize> Model<D> {
-    /// Pattern and slots, built at the first request: an explicit run never pays for them.
+    /// Pattern and rings, built at the first request: an explicit run never pays for them.
     pub(super) fn slots(&self) -> &Slots {
         self.linearisation.slots.get_or_init(|| self.build_slots())
     }
 
-    /// The slots of one particle alone, for the matrix-free path, which keeps none.
-    pub(super) fn slots_of(&self, a: usize) -> Slots {
-        let neighbourhood = &self.gradient.neighbourhood;
-        let rings = neighbourhood.two_ring(a);
-        let (mut slot_starts, mut slots) = (vec![0], Vec::new());
-        for &c in neighbourhood.of(a) {
-            slots.extend(walk(&rings, neighbourhood, c as usize));
-            slot_starts.push(slots.len());
-        }
-        Slots {
-            pattern: Arc::new(SparsePattern::new(vec![0], Vec::new())),
-            values: Vec::new(),
-            ring_starts: vec![0, rings.len()],
-            rings,
-            slot_starts,
-            slots,
-            first: (a, neighbourhood.row(a).start),
-        }
-    }
-
     fn build_slots(&self) -> Slots {
         let (n, neighbourhood) = (self.particles(), &self.gradient.neighbourhood);
-        let (mut ring_starts, mut rings) = (vec![0], Vec::new());
-        let (mut slot_starts, mut slots) = (Vec::with_capacity(neighbourhood.pairs() + 1), Vec::new());
-        let (mut values, mut offsets, mut columns) = (vec![0], vec![0], Vec::new());
-        for a in 0..n {
-            let ring = neighbourhood.two_ring(a);
-            for &c in neighbourhood.of(a) {
-                slot_starts.push(slots.len());
-                slots.extend(walk(&ring, neighbourhood, c as usize));
-            }
-            self.push_rows(a, &ring, &mut offsets, &mut columns);
-            values.push(columns.len());
-            rings.extend_from_slice(&ring);
+        let found: Vec<(Vec<u32>, Vec<u32>)> = (0..n)
+            .into_par_iter()
+            .map(|a| {
+                let ring = neighbourhood.two_ring(a);
+                let slots = neighbourhood.of(a).iter().flat_map(|&c| walk(&ring, neighbourhood.of(c as usize)));
+                let slots = slots.collect();
+                (ring, slots)
+            })
+            .collect();
+        let (mut known, mut slot_starts, mut slots) = (HashMap::new(), Vec::with_capacity(n), Vec::new());
+        let (mut ring_starts, mut rings) =
+            (vec![0], Vec::with_capacity(found.iter().map(|(ring, _)| ring.len()).sum()));
+        let (mut offsets, mut columns) = (vec![0], Vec::new());
+        for (a, (ring, own)) in found.iter().enumerate() {
+            slot_starts.push(*known.entry(own.as_slice()).or_insert_with(|| {
+                let start = slots.len();
+                slots.extend_from_slice(own);
+                start
+            }));
+            self.push_rows(a, ring, &mut offsets, &mut columns);
+            rings.extend_from_slice(ring);
             ring_starts.push(rings.len());
         }
-        slot_starts.push(slots.len());
-        Slots {
-            pattern: Arc::new(SparsePattern::new(offsets, columns)),
-            values,
-            ring_starts,
-            rings,
-            slot_starts,
-            slots,
-            first: (0, 0),
-        }
+        Slots { pattern: Arc::new(SparsePattern::new(offsets, columns)), ring_starts, rings, slot_starts, slots }
     }
 
     /// The velocity unknown that belongs to a displacement unknown; `None` for other unknowns.
@@ -127,17 +104,13 @@ impl<const D: usize> Model<D> {
     }
 }
 
-/// Positions of c's neighbours in a sorted ring that contains them all.
-fn walk(ring: &[u32], neighbourhood: &Neighbourhood, c: usize) -> Vec<u32> {
-    let mut position = 0;
-    neighbourhood
-        .of(c)
-        .iter()
-        .map(|&e| {
-            while ring[position] < e {
-                position += 1;
-            }
-            position as u32
-        })
-        .collect()
+/// Places, from 1, of ascending particles in a sorted ring that contains them all.
+fn walk<'a>(ring: &'a [u32], particles: &'a [u32]) -> impl Iterator<Item = u32> + 'a {
+    let mut place = 0;
+    particles.iter().map(move |&e| {
+        while ring[place] < e {
+            place += 1;
+        }
+        place as u32 + 1
+    })
 }

@@ -18,7 +18,7 @@ use super::conserving::StepStart;
 use super::evaluation::VolumeRatios;
 use super::{Clocks, Model, Unknowns};
 use crate::setup::Constraint;
-use crate::tensor::{coordinates, determinant};
+use crate::tensor::{Tensor, coordinates, determinant};
 
 /// The stage being solved.
 #[derive(Debug, Clone, Default)]
@@ -185,7 +185,7 @@ impl<const D: usize> Model<D> {
         let source = if !start.is_empty() {
             VolumeRatios::Conserving { start: &start, shift: self.stage.shift }
         } else if self.stage.at_rest {
-            VolumeRatios::Equilibrium { ratio: &base[2 * n * D..] }
+            VolumeRatios::Equilibrium { constants: &base[2 * n * D..] }
         } else if local {
             VolumeRatios::Stage { base: &base[2 * n * D..], shift: self.stage.shift }
         } else {
@@ -193,8 +193,10 @@ impl<const D: usize> Model<D> {
         };
         let outcome = self.evaluate(self.stage.time, displacement, velocity, source);
         if outcome.is_ok() && local {
-            for (ratio, point) in ratios.iter_mut().zip(&self.workspace.points) {
-                *ratio = point.volume_ratio;
+            for (a, (ratio, point)) in ratios.iter_mut().zip(&self.workspace.points).enumerate() {
+                if self.evolves_volume(a) {
+                    *ratio = point.volume_ratio;
+                }
             }
         }
         self.stage.start = start;
@@ -217,7 +219,12 @@ impl<const D: usize> Model<D> {
         let moved = crate::tensor::vector_at::<D>(&self.stage.trial, a).norm();
         let root = (D as f64).sqrt();
         let cofactor = (point.cofactor.norm() / root).max(1.0 + self.reach[a] * moved / root);
-        let ratio = 1.0 + cofactor * self.stage.shift * point.velocity_gradient.norm();
+        let increment = if self.evolves_volume(a) {
+            self.stage.shift * point.velocity_gradient.norm()
+        } else {
+            (point.deformation - Tensor::identity()).norm()
+        };
+        let ratio = 1.0 + cofactor * increment;
         let stress = (point.pressure.abs() + modulus * ratio) * cofactor * self.setup.particles.volumes[a];
         let hourglass = self
             .active_hourglass()
@@ -383,9 +390,12 @@ impl<const D: usize> EquilibriumSystem for Model<D> {
         self.stage.base[n * D..2 * n * D].fill(0.0);
         // J follows det F from where both stand.
         for a in 0..n {
-            let det = determinant(&self.deformation(from, a));
-            let ratio = if det == 0.0 { 1.0 } else { from[2 * n * D + a] / det };
-            self.stage.base[2 * n * D + a] = ratio;
+            self.stage.base[2 * n * D + a] = if self.evolves_volume(a) {
+                let det = determinant(&self.deformation(from, a));
+                self.volume_constant(a, from[2 * n * D + a], det).unwrap_or(1.0)
+            } else {
+                self.initial_volume_constant(a)
+            };
         }
         y.clear();
         y.resize(self.unknowns.count(), 0.0);
@@ -393,7 +403,11 @@ impl<const D: usize> EquilibriumSystem for Model<D> {
 
     fn finish_equilibrium(&mut self, y: &[f64], u: &mut [f64]) -> Result<(), EvaluationError> {
         self.evaluate_stage(y)?;
-        u.copy_from_slice(&self.stage.trial);
+        let n = self.particles();
+        u[..2 * n * D].copy_from_slice(&self.stage.trial[..2 * n * D]);
+        for a in (0..n).filter(|&a| self.evolves_volume(a)) {
+            u[2 * n * D + a] = self.stage.trial[2 * n * D + a];
+        }
         Ok(())
     }
 }

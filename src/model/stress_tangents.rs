@@ -2,14 +2,15 @@
 //!
 //! | form | laws | numbers per particle in 2D, 3D |
 //! |---|---|---|
-//! | symmetric | stored energies of F | 10, 45 |
-//! | volumetric | pressure from J alone, J eliminated or at rest | 14, 29 |
+//! | volumetric | pressure from J alone, velocities the only unknowns | 14, 29 |
+//! | symmetric | other stored energies | 10, 45 |
 //! | full | any | 16, 81 |
 
 use rayon::prelude::*;
 
 use super::evaluation::{GRAIN, Point};
 use super::{Model, Unknowns};
+use crate::material::Material;
 use crate::setup::CofactorChoice;
 use crate::tensor::{Tensor, Tensor4, add4, apply4, cofactor_variation, contract, tensor4_of};
 
@@ -113,18 +114,26 @@ impl<const D: usize> StressTangents<D> {
 }
 
 impl<const D: usize> Model<D> {
-    /// Whether every stress is the derivative of an energy of F alone.
+    /// Whether every stress is the derivative of an energy of F.
     pub(super) fn has_stored_energies(&self) -> bool {
-        let elastic = |law: &crate::material::Material| !law.evolves_volume() && law.viscosity.is_none();
-        self.stage.start.is_empty() && self.materials.iter().all(|(law, _)| elastic(law))
+        let laws = self.materials.iter().zip(&self.evolved);
+        let stored = |law: &Material, evolved: bool| law.viscosity.is_none() && !(evolved && law.evolves_volume());
+        self.stage.start.is_empty() && laws.into_iter().all(|((law, _), &evolved)| stored(law, evolved))
     }
 
     /// Takes the tangents at the point of the workspace, in the smallest form that holds them.
     pub(super) fn freeze_stress(&self, out: &mut StressTangents<D>, shift: f64) {
         let points = &self.workspace.points;
-        let volumetric = |law: &crate::material::Material| law.solid.is_none() && law.viscosity.is_none();
+        let volumetric = |law: &Material| law.solid.is_none() && law.viscosity.is_none();
         let plain = self.terms.stress && self.stage.start.is_empty() && self.unknowns.kind() == Unknowns::Velocity;
-        if self.has_stored_energies() {
+        if plain && self.materials.iter().all(|(law, _)| volumetric(law)) {
+            if !matches!(out, StressTangents::Volumetric(_)) {
+                *out = StressTangents::Volumetric(Vec::new());
+            }
+            let StressTangents::Volumetric(tangents) = out else { return };
+            let tangent = |a: usize| self.volumetric_tangent(a, &points[a], shift);
+            (0..points.len()).into_par_iter().with_min_len(GRAIN).map(tangent).collect_into_vec(tangents);
+        } else if self.has_stored_energies() {
             if !matches!(out, StressTangents::Symmetric(_)) {
                 *out = StressTangents::Symmetric(vec![0.0; points.len() * triangle(D)]);
             }
@@ -137,13 +146,6 @@ impl<const D: usize> Model<D> {
                     next.by_ref().zip(&row[i..]).take(D * D - i).for_each(|(out, value)| *out = *value);
                 }
             });
-        } else if plain && self.materials.iter().all(|(law, _)| volumetric(law)) {
-            if !matches!(out, StressTangents::Volumetric(_)) {
-                *out = StressTangents::Volumetric(Vec::new());
-            }
-            let StressTangents::Volumetric(tangents) = out else { return };
-            let tangent = |a: usize| self.volumetric_tangent(a, &points[a], shift);
-            (0..points.len()).into_par_iter().with_min_len(GRAIN).map(tangent).collect_into_vec(tangents);
         } else {
             if !matches!(out, StressTangents::Full(_)) {
                 *out = StressTangents::Full(Vec::new());
@@ -155,8 +157,13 @@ impl<const D: usize> Model<D> {
     }
 
     fn volumetric_tangent(&self, a: usize, point: &Point<D>, shift: f64) -> VolumetricTangent<D> {
-        let evolved = self.cofactor_choice(a) == CofactorChoice::Evolved;
-        let pressure = point.pressure * self.setup.particles.volumes[a];
+        let printed = self.cofactor_choice(a) == CofactorChoice::Evolved;
+        let evolved = printed && self.evolves_volume(a);
+        let mut pressure = point.pressure * self.setup.particles.volumes[a];
+        if printed && !evolved {
+            // H = k cof F.
+            pressure *= self.initial_volume_constant(a);
+        }
         VolumetricTangent {
             evolved,
             base: if evolved { point.cofactor } else { point.deformation },

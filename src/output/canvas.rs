@@ -83,6 +83,8 @@ pub(super) struct Disc {
 pub(super) struct Canvas<'a, B: DrawingBackend> {
     backend: &'a mut B,
     scale: f64,
+    /// Where positions count from.
+    origin: Point,
     medium: Medium,
     /// Pictures that lie under everything else of an SVG document, as elements.
     pictures: Vec<String>,
@@ -92,7 +94,12 @@ impl<B: DrawingBackend> Canvas<'_, B> {
     fn device(&self, (x, y): Point) -> (i32, i32) {
         // Far outside stays outside, without overflow in the rasteriser.
         let unit = |value: f64| (value * self.scale).round().clamp(-1e5, 1e5) as i32;
-        (unit(x), unit(y))
+        (unit(x + self.origin.0), unit(y + self.origin.1))
+    }
+
+    /// Lets positions count from another point.
+    pub(super) fn count_from(&mut self, origin: Point) {
+        self.origin = origin;
     }
 
     /// A polyline; positions must be finite.
@@ -147,7 +154,8 @@ impl<B: DrawingBackend> Canvas<'_, B> {
         let mut file = Vec::new();
         picture.encode(&mut file).map_err(described)?;
         let ((x, y), (width, height)) = (self.device((area.left, area.top)), picture.size_in_points());
-        let (width, height) = self.device((width, height));
+        let unit = |value: f64| (value * self.scale).round() as i32;
+        let (width, height) = (unit(width), unit(height));
         let data = base64(&file);
         self.pictures.push(format!(
             "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{data}\"/>\n"
@@ -256,8 +264,13 @@ fn vector(drawing: &impl Drawing) -> Result<String, String> {
     let (width, height) = device_size(drawing.size(), VECTOR_SCALE);
     let mut document = String::new();
     let mut backend = SVGBackend::with_string(&mut document, (width, height));
-    let mut canvas =
-        Canvas { backend: &mut backend, scale: VECTOR_SCALE, medium: Medium::Vector, pictures: Vec::new() };
+    let mut canvas = Canvas {
+        backend: &mut backend,
+        scale: VECTOR_SCALE,
+        origin: (0.0, 0.0),
+        medium: Medium::Vector,
+        pictures: Vec::new(),
+    };
     canvas.rectangle((0.0, 0.0), drawing.size(), WHITE)?;
     drawing.draw(&mut canvas)?;
     let pictures = canvas.pictures.concat();
@@ -282,7 +295,8 @@ fn raster(size: (f64, f64), draw: impl FnOnce(&mut Canvas<'_, BitMapBackend<'_>>
     let mut fine = vec![0xff; 3 * width as usize * height as usize];
     let mut backend: BitMapBackend<'_> =
         BitMapBackend::with_buffer_and_format(&mut fine, (width, height)).map_err(described)?;
-    draw(&mut Canvas { backend: &mut backend, scale: RASTER_SCALE, medium: Medium::Raster, pictures: Vec::new() })?;
+    let (origin, pictures) = ((0.0, 0.0), Vec::new());
+    draw(&mut Canvas { backend: &mut backend, scale: RASTER_SCALE, origin, medium: Medium::Raster, pictures })?;
     backend.present().map_err(described)?;
     drop(backend);
     Ok(Picture::averaged(&fine, width as usize, OVERSAMPLING, RASTER_SCALE))

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | frames (`.vtu`) and their index (`fields.pvd`) | [`Frame`], [`Series`] | every frame |
 //! | `history.csv`, `probes.csv` | [`Table`] | every row at once |
-//! | energies and probes against time (`.svg`, `.png`) | [`HistoryColumns`], [`ProbeColumns`], [`LinePlot`] | at the end |
+//! | energies and probes against time (`.svg`, `.png`) | [`HistoryColumns`], [`ProbeColumns`], [`LinePlot`], [`PlotGrid`] | at the end |
 //! | still pictures of particles (`.svg`, `.png`) | [`ParticlePlot`] | when asked for |
 //! | tables of outcomes as pictures (`.svg`, `.png`) | [`Panels`] | when asked for |
 //! | `report.json` | [`Report`] | at the end, however it comes |
@@ -17,6 +17,7 @@
 mod appended;
 mod atomic;
 mod axis;
+mod bottleneck;
 mod canvas;
 mod chart;
 mod colour;
@@ -41,11 +42,12 @@ pub use error::OutputError;
 pub use history::{HistoryColumns, ProbeColumns};
 pub use panels::{Cell, Panel, Panels, Tone};
 pub use particles::ParticlePlot;
-pub use plot::{LinePlot, LineSeries, Style};
+pub use plot::{LinePlot, LineSeries, PlotGrid, Style};
 pub use pvd::Series;
 pub use report::{REPORT_FILE, Report};
 pub use report_parts::{
-    BalanceWork, EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps, WallSeconds,
+    BalanceWork, Bottleneck, EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps,
+    WallSeconds,
 };
 pub use table::Table;
 pub use vtu::{Frame, OutOfPlane, Precision, Tensor};

@@ -155,6 +155,45 @@ impl Drawing for LinePlot {
     }
 }
 
+/// Diagrams side by side, row after row.
+#[derive(Debug, Clone, Default)]
+pub struct PlotGrid {
+    /// Diagrams in a row; 0 counts as 1.
+    pub columns: usize,
+    /// The diagrams, in reading order.
+    pub plots: Vec<LinePlot>,
+}
+
+impl PlotGrid {
+    /// As [`LinePlot::write`].
+    ///
+    /// # Errors
+    /// As [`LinePlot::write`].
+    pub fn write(&self, path_without_extension: &Path) -> Result<[PathBuf; 2], OutputError> {
+        write_both(self, path_without_extension)
+    }
+
+    fn columns(&self) -> usize {
+        self.columns.clamp(1, self.plots.len().max(1))
+    }
+}
+
+impl Drawing for PlotGrid {
+    fn size(&self) -> (f64, f64) {
+        let columns = self.columns();
+        (SIZE.0 * columns as f64, SIZE.1 * self.plots.len().div_ceil(columns).max(1) as f64)
+    }
+
+    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<'_, B>) -> Drawn {
+        let columns = self.columns();
+        for (index, plot) in self.plots.iter().enumerate() {
+            canvas.count_from((SIZE.0 * (index % columns) as f64, SIZE.1 * (index / columns) as f64));
+            plot.draw(canvas)?;
+        }
+        Ok(())
+    }
+}
+
 /// Draws an unbroken piece of a curve. A single point becomes a marker whatever the style.
 pub(super) fn draw_curve<B: DrawingBackend>(
     canvas: &mut Canvas<'_, B>,

@@ -81,7 +81,7 @@ impl Frames {
         for field in &self.fields {
             match field {
                 OutputField::Pressure => frame.scalars.push(("pressure", Cow::Borrowed(&pressures[..]))),
-                OutputField::Jacobian => frame.scalars.push(("jacobian", Cow::Borrowed(model.volume_ratios(state)))),
+                OutputField::Jacobian => frame.scalars.push(("jacobian", model.volume_ratios(state))),
                 OutputField::Velocity => frame.vectors.push(("velocity", Cow::Borrowed(model.velocities_of(state)))),
                 OutputField::Displacement => {
                     frame.vectors.push(("displacement", Cow::Borrowed(model.displacements(state))));

@@ -32,8 +32,8 @@ pub(super) trait Factors: Send {
     /// Whether a symmetric matrix is needed.
     fn needs_symmetry(&self) -> bool;
 
-    /// Prepares for matrices on a new pattern.
-    fn analyse(&mut self, pattern: &SparsePattern) -> Result<(), LinearError>;
+    /// Prepares for matrices on a new pattern, that of a tangent.
+    fn analyse(&mut self, pattern: &SparsePattern, tangent: &dyn Tangent) -> Result<(), LinearError>;
 
     /// Factors a matrix on the pattern of the last analysis.
     fn factor(&mut self, pattern: &SparsePattern, values: &[f64]) -> Result<(), LinearError>;
@@ -109,7 +109,12 @@ impl FactoredMatrix {
     }
 
     /// Analyses a pattern that is new.
-    fn analyse(&mut self, pattern: &Arc<SparsePattern>, counts: &mut LinearCounts) -> Result<(), LinearError> {
+    fn analyse(
+        &mut self,
+        pattern: &Arc<SparsePattern>,
+        tangent: &dyn Tangent,
+        counts: &mut LinearCounts,
+    ) -> Result<(), LinearError> {
         if is_known(&self.pattern, pattern) {
             return Ok(());
         }
@@ -125,7 +130,7 @@ impl FactoredMatrix {
             if let Some(row) = (0..n).find(|&row| pattern.row(row).is_empty()) {
                 return Err(LinearError::Singular { unknown: Some(row) });
             }
-            self.factors.analyse(pattern)?;
+            self.factors.analyse(pattern, tangent)?;
         }
         self.pattern = Some(Arc::clone(pattern));
         Ok(())
@@ -247,7 +252,7 @@ impl ApproximateInverse for FactoredMatrix {
         if pattern.size() != tangent.size() {
             return Err(LinearError::WrongLength { expected: tangent.size(), found: pattern.size() });
         }
-        self.analyse(pattern, counts)?;
+        self.analyse(pattern, tangent, counts)?;
         tangent.fill(&mut self.values);
         check_entries(pattern, &self.values)?;
         self.magnitude = norm_of_rows(pattern, &self.values);

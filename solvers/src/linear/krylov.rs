@@ -14,8 +14,8 @@ use super::gmres::Gmres;
 use super::minres::Minres;
 use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, check_vectors, is_known, misses, residual};
 use super::{
-    CoarseMatrix, Geometry, LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, SparseMatrix, SparsePattern, Symmetry,
-    Tangent, Tents, precondition,
+    CoarseMatrix, Geometry, LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, Places,
+    SparseMatrix, SparsePattern, Symmetry, Tangent, Tents, precondition,
 };
 use crate::vector::{axpy, dot, first_not_finite, max_norm, norm};
 
@@ -126,6 +126,10 @@ impl Tangent for WithoutEntries<'_> {
 
     fn project(&self, tents: &Tents, coarse: &mut CoarseMatrix) -> bool {
         self.tangent.project(tents, coarse)
+    }
+
+    fn places(&self) -> Option<Places> {
+        self.tangent.places()
     }
 
     fn sparser(&self) -> Option<&dyn Tangent> {

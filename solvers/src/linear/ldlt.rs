@@ -7,6 +7,7 @@
 //! inside the supernodes (LBLᵀ) takes over; where that does not reach, LU. Both are rare, and show in
 //! the name that the solver tells.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -22,10 +23,11 @@ use faer::sparse::linalg::cholesky::{
 use faer::{Conj, MatMut, Par, Side};
 
 use super::direct::{Direct, delegate_to_direct};
+use super::dissection::nested_dissection;
 use super::factor::Factors;
 use super::lu::{LuFactors, failure, memory, transposed};
 use super::pivots::{has_good_pivots, inverse, pivot, unknown};
-use super::{LinearError, SparsePattern};
+use super::{LinearError, SparsePattern, Tangent};
 
 /// Below every ratio of operations to entries: always supernodal, so that pivoting inside supernodes
 /// is always there to fall back to.
@@ -36,8 +38,11 @@ const ROUNDING_PIVOT: f64 = 1e-13;
 /// In which order a symmetric factorisation eliminates the unknowns.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum EliminationOrder {
-    /// Approximate minimum degree (Amestoy, Davis & Duff 1996), computed once per pattern.
+    /// Nested dissection where the operator tells the [places](super::Tangent::places) of its unknowns, else minimum
+    /// degree.
     #[default]
+    Dissection,
+    /// Approximate minimum degree (Amestoy, Davis & Duff 1996), computed once per pattern.
     MinimumDegree,
     /// A permutation: entry `k` is the unknown that is eliminated as number `k`.
     Given(Arc<[usize]>),
@@ -128,17 +133,25 @@ impl Factors for SymmetricFactors {
         true
     }
 
-    fn analyse(&mut self, pattern: &SparsePattern) -> Result<(), LinearError> {
+    fn analyse(&mut self, pattern: &SparsePattern, tangent: &dyn Tangent) -> Result<(), LinearError> {
         self.symbolic = None;
         self.general = None;
         self.variant = self.wanted;
         let n = pattern.size();
         let parameters =
             CholeskySymbolicParams { supernodal_flop_ratio_threshold: ALWAYS_SUPERNODAL, ..Default::default() };
+        let given: Option<Cow<'_, [usize]>> = match &self.order {
+            EliminationOrder::MinimumDegree => None,
+            EliminationOrder::Dissection => tangent
+                .places()
+                .and_then(|places| nested_dissection(pattern, tangent.blocks(), &places))
+                .map(Cow::Owned),
+            EliminationOrder::Given(forward) => Some(Cow::Borrowed(forward)),
+        };
         let backward;
-        let order = match &self.order {
-            EliminationOrder::MinimumDegree => SymmetricOrdering::Amd,
-            EliminationOrder::Given(forward) => {
+        let order = match &given {
+            None => SymmetricOrdering::Amd,
+            Some(forward) => {
                 backward = inverse(forward, n).ok_or_else(|| LinearError::Factorisation {
                     reason: format!("the given elimination order is not a permutation of {n} unknowns"),
                 })?;
@@ -242,7 +255,7 @@ impl Factors for SymmetricFactors {
             Variant::Pivoted => {
                 if self.general.is_none() {
                     let mut general = LuFactors::new();
-                    general.analyse(pattern)?;
+                    general.analyse_pattern(pattern)?;
                     self.general = Some(general);
                 }
                 Variant::General

@@ -29,6 +29,7 @@ mod bicgstab;
 mod cg;
 mod choice;
 mod direct;
+mod dissection;
 mod factor;
 mod gmres;
 mod iteration;
@@ -46,6 +47,7 @@ mod stored;
 use std::sync::Arc;
 
 pub use choice::{InvalidChoice, KrylovOptions, LinearSolverChoice, Operator, Preconditioner, PreconditionerMatrix};
+pub use dissection::Places;
 pub use ldlt::{EliminationOrder, SparseCholesky, SparseLdlt};
 pub use lu::SparseLu;
 pub use multigrid::{CoarseMatrix, Geometry, MultigridOptions, PointTents, Tents};
@@ -118,6 +120,12 @@ pub trait Tangent: Sync {
     fn project(&self, tents: &Tents, coarse: &mut CoarseMatrix) -> bool {
         let _ = (tents, coarse);
         false
+    }
+
+    /// Where the [blocks](Self::blocks) of unknowns are in space, if they are anywhere: a good order of elimination
+    /// follows from it.
+    fn places(&self) -> Option<Places> {
+        None
     }
 
     /// A sparser operator close to this one, as material for a preconditioner (the coupling between

@@ -13,7 +13,8 @@ use serde::Deserialize;
 pub(in crate::scene) use toml::Spanned;
 
 pub(in crate::scene) use body::{
-    BodyText, BoxText, LayoutText, LayoutsText, MappedBoxText, PerturbText, PointsText, RingText, ShapeText, VolumeText,
+    BodyText, BoxText, LayoutText, LayoutsText, MappedBoxText, PerturbText, PointsText, RingText, ShapeText,
+    VolumeRatioText, VolumeText,
 };
 pub(in crate::scene) use conditions::{
     AxisName, BoundaryText, ExactText, HydrostaticText, InitialText, ProbeMode, ProbeText, SelectText, TractionText,
@@ -23,7 +24,7 @@ pub(in crate::scene) use material::{
     TransverseText,
 };
 pub(in crate::scene) use numerics::{
-    AdaptiveText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText,
+    AdaptiveText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText, ShearText,
     SchemeText, StabilisationText, TimeText, WaveSpeedText,
 };
 pub(in crate::scene) use value::{Field, FieldList, HourglassText, Number, Text, Vector};

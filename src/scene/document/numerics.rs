@@ -21,6 +21,8 @@ pub(in crate::scene) struct StabilisationText {
     pub interface: InterfaceText,
     #[serde(default)]
     pub pressure_jump: PressureJumpText,
+    #[serde(default)]
+    pub shear: ShearText,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
@@ -54,6 +56,14 @@ pub(in crate::scene) enum PressureJumpText {
     #[default]
     Pressure,
     Stress,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::scene) enum ShearText {
+    #[default]
+    Central,
+    Transverse,
 }
 
 #[derive(Debug, Clone, Deserialize)]
