@@ -135,17 +135,36 @@ fn costs<const D: usize>(particles: f64, law: &str, smoothing: f64) -> Result<()
     }
     println!(
         "{:>3} {:>8} {:>18} {:>4} {:>6.1} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>8.0} {:>8.0} {:>8.0} {:>8.1} {:>8.1}",
-        D, n, law, smoothing, model.gradient().neighbourhood.pairs() as f64 / n, unit / n * 1e6, frozen / unit,
-        action / unit, diagonal / unit, explicit, found[0].1, found[1].1, found[0].0, found[1].0
+        D,
+        n,
+        law,
+        smoothing,
+        model.gradient().neighbourhood.pairs() as f64 / n,
+        unit / n * 1e6,
+        frozen / unit,
+        action / unit,
+        diagonal / unit,
+        explicit,
+        found[0].1,
+        found[1].1,
+        found[0].0,
+        found[1].0
     );
     Ok(())
 }
 
 fn solvers() -> Vec<(&'static str, LinearSolverChoice)> {
     let cg = |preconditioner| LinearSolverChoice::Cg {
-        krylov: KrylovOptions { preconditioner, operator: Operator::MatrixFree, max_iterations: 3000, ..Default::default() },
+        krylov: KrylovOptions {
+            preconditioner,
+            operator: Operator::MatrixFree,
+            max_iterations: 3000,
+            ..Default::default()
+        },
     };
-    let grid = |spacing, smoothing| cg(Preconditioner::Multigrid(MultigridOptions { spacing, smoothing, ..Default::default() }));
+    let grid = |spacing, smoothing| {
+        cg(Preconditioner::Multigrid(MultigridOptions { spacing, smoothing, ..Default::default() }))
+    };
     let near = LinearSolverChoice::Gmres {
         restart: 50,
         krylov: KrylovOptions {
@@ -177,12 +196,16 @@ fn iterations<const D: usize>(particles: f64, law: &str, smoothing: f64, only: &
     let mut rate = vec![0.0; state.len()];
     let unit = smallest(5, || model.rate(0.0, &state, &mut rate).unwrap_or_default());
     let critical = critical_step(&mut model, &state)?;
-    println!("{D}D {} particles, {law}, h = {smoothing}; per cell: iterations to 1e-3 / 1e-8, set-up | both solves in rates", model.particles());
+    println!(
+        "{D}D {} particles, {law}, h = {smoothing}; per cell: iterations to 1e-3 / 1e-8, set-up | both solves in rates",
+        model.particles()
+    );
     for (name, choice) in solvers().into_iter().filter(|(name, _)| only.is_empty() || only.iter().any(|o| o == name)) {
         print!("{name:>8}");
         for r in [1.0, 5.0, 20.0, 100.0, 1000.0] {
             linearise(&mut model, &state, r * critical)?;
-            let owner: Vec<usize> = model.blocks().windows(2).enumerate().flat_map(|(a, b)| vec![a; b[1] - b[0]]).collect();
+            let owner: Vec<usize> =
+                model.blocks().windows(2).enumerate().flat_map(|(a, b)| vec![a; b[1] - b[0]]).collect();
             let b: Vec<f64> = (0..owner.len())
                 .map(|i| {
                     let noise = ((i as f64 * 12.9898).sin() * 43758.5453).fract();
@@ -217,7 +240,10 @@ fn steps<const D: usize>(particles: f64, law: &str, smoothing: f64, only: &[Stri
     let mut rate = vec![0.0; state.len()];
     let unit = smallest(5, || model.rate(0.0, &state, &mut rate).unwrap_or_default());
     let critical = critical_step(&mut model, &state)?;
-    println!("{D}D {} particles, {law}: five Crank-Nicolson steps of 20 critical ones; rates per step, Newton and linear iterations", model.particles());
+    println!(
+        "{D}D {} particles, {law}: five Crank-Nicolson steps of 20 critical ones; rates per step, Newton and linear iterations",
+        model.particles()
+    );
     for (name, choice) in solvers().into_iter().filter(|(name, _)| only.is_empty() || only.iter().any(|o| o == name)) {
         for (label, forcing, tolerance) in [
             ("EW2, 1e-4", Forcing::eisenstat_walker_2(), 1e-4),
@@ -228,7 +254,8 @@ fn steps<const D: usize>(particles: f64, law: &str, smoothing: f64, only: &[Stri
         ] {
             let options = NewtonOptions { forcing, relative_tolerance: tolerance, ..NewtonOptions::default() };
             let newton = NewtonSolver::new(options, choice.build());
-            let mut stepper = Stepper::new(Scheme::CrankNicolson, StepControl::Fixed { step: 20.0 * critical }, Some(newton))?;
+            let mut stepper =
+                Stepper::new(Scheme::CrankNicolson, StepControl::Fixed { step: 20.0 * critical }, Some(newton))?;
             let mut now = TimeState::new(0.0, state.clone());
             print!("{name:>8} {label:>12}:");
             for _ in 0..5 {
@@ -264,7 +291,20 @@ fn main() -> Result<(), Failure> {
     if what == "costs" {
         println!(
             "{:>3} {:>8} {:>18} {:>4} {:>6} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8} {:>8}",
-            "D", "n", "law", "h", "pairs", "rate us/n", "linear.", "action", "diagonal", "B expl.", "B Jacobi", "B grid", "Jacobi", "grid"
+            "D",
+            "n",
+            "law",
+            "h",
+            "pairs",
+            "rate us/n",
+            "linear.",
+            "action",
+            "diagonal",
+            "B expl.",
+            "B Jacobi",
+            "B grid",
+            "Jacobi",
+            "grid"
         );
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;

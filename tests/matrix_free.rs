@@ -8,8 +8,8 @@ use nicolson::scene::Scene;
 use nicolson::setup::*;
 use nicolson::simulation::prepare;
 use nicolson_solvers::linear::{
-    CoarseMatrix, KrylovOptions, LinearError, LinearSolverChoice, MultigridOptions, Operator, Preconditioner, SparseMatrix, Tangent,
-    Tents,
+    CoarseMatrix, KrylovOptions, LinearError, LinearSolverChoice, MultigridOptions, Operator, Preconditioner,
+    SparseMatrix, Tangent, Tents,
 };
 use nicolson_solvers::nonlinear::NonlinearProblem;
 use nicolson_solvers::time::StageSystem;
@@ -226,8 +226,7 @@ fn the_same_bits_for_any_number_of_threads() {
     let model = linearised([24, 18], Material::solid(1000.0, NEO, Transverse::Strain), 0.2);
     let b: Vec<f64> = (0..model.size()).map(|i| (i as f64 * 0.7).sin()).collect();
     for smoothing in [0, 1] {
-        let preconditioner =
-            Preconditioner::Multigrid(MultigridOptions { smoothing, spacing: 2.0, coarsest: 50 });
+        let preconditioner = Preconditioner::Multigrid(MultigridOptions { smoothing, spacing: 2.0, coarsest: 50 });
         let krylov = KrylovOptions { preconditioner, operator: Operator::MatrixFree, ..Default::default() };
         let solve = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");

@@ -70,9 +70,13 @@ fn nearly_incompressible_beams_neither_lock_nor_ring() {
         }
         // The control drives what the pressure needs to be smooth: 0.20 at ν = 0.49 and 0.43 at 0.4999 with α = 3. The
         // default follows λ/μ; without control it is 0.04.
-        for (nu, hourglass, most) in
-            [("0.45", "", 0.08), ("0.49", "", 0.1), ("0.4999", "", 0.1), ("0.4999", "0.0", 0.04), ("0.4999", "3.0", 0.5)]
-        {
+        for (nu, hourglass, most) in [
+            ("0.45", "", 0.08),
+            ("0.49", "", 0.1),
+            ("0.4999", "", 0.1),
+            ("0.4999", "0.0", 0.04),
+            ("0.4999", "3.0", 0.5),
+        ] {
             let law = law(name, nu);
             let control = [("hourglass", hourglass)];
             let control = if hourglass.is_empty() { &[][..] } else { &control[..] };

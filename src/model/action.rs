@@ -102,46 +102,48 @@ impl<const D: usize> Model<D> {
         gradients.resize(if self.active_hourglass().is_some() { n } else { 0 }, Tensor::zeros());
         coupled.resize(frozen.particles.len(), Coupled::zero());
         let (displacement, velocity, volume) = (&*displacement, &*velocity, &*volume);
-        let vary = |a: usize, stress: &mut Tensor<D>, kept: Option<&mut Tensor<D>>, coupled: Option<&mut Coupled<D>>| {
-            let gradient = match (kept, self.active_hourglass()) {
-                (Some(kept), Some(control)) => {
-                    let (gradient, controlled) = control.gradient_and_stress(a, &self.gradient, displacement);
-                    *kept = gradient;
-                    *stress = controlled;
-                    gradient
+        let vary =
+            |a: usize, stress: &mut Tensor<D>, kept: Option<&mut Tensor<D>>, coupled: Option<&mut Coupled<D>>| {
+                let gradient = match (kept, self.active_hourglass()) {
+                    (Some(kept), Some(control)) => {
+                        let (gradient, controlled) = control.gradient_and_stress(a, &self.gradient, displacement);
+                        *kept = gradient;
+                        *stress = controlled;
+                        gradient
+                    }
+                    _ => {
+                        *stress = Tensor::zeros();
+                        self.gradient.of(a, displacement)
+                    }
+                };
+                *stress += frozen.stress.apply(a, &gradient);
+                if frozen.viscous.is_empty() && coupled.is_none() {
+                    return;
                 }
-                _ => {
-                    *stress = Tensor::zeros();
-                    self.gradient.of(a, displacement)
+                let velocity_gradient = if !self.velocities_suffice() {
+                    self.gradient.of(a, velocity)
+                } else if frozen.at_rest {
+                    Tensor::zeros()
+                } else {
+                    gradient / frozen.shift
+                };
+                if let Some(viscous) = frozen.viscous.get(a) {
+                    *stress += apply4(viscous, &velocity_gradient);
+                }
+                let (Some(out), Some(frozen)) = (coupled, frozen.particles.get(a)) else { return };
+                *out = Coupled { speed: contract(&frozen.speed_by_gradient, &gradient), ..Coupled::zero() };
+                if let Some(&volume) = volume.get(a) {
+                    *stress += frozen.stress_by_volume * volume;
+                    out.cofactor =
+                        self.cofactor_along(a, &frozen.point, &gradient) + frozen.cofactor_by_volume * volume;
+                    out.pressure = frozen.pressure_slope * volume;
+                    if self.terms.volume_rate {
+                        out.rate = contract(&frozen.point.cofactor, &velocity_gradient)
+                            + contract(&frozen.rate_by_gradient, &gradient)
+                            + frozen.rate_by_volume * volume;
+                    }
                 }
             };
-            *stress += frozen.stress.apply(a, &gradient);
-            if frozen.viscous.is_empty() && coupled.is_none() {
-                return;
-            }
-            let velocity_gradient = if !self.velocities_suffice() {
-                self.gradient.of(a, velocity)
-            } else if frozen.at_rest {
-                Tensor::zeros()
-            } else {
-                gradient / frozen.shift
-            };
-            if let Some(viscous) = frozen.viscous.get(a) {
-                *stress += apply4(viscous, &velocity_gradient);
-            }
-            let (Some(out), Some(frozen)) = (coupled, frozen.particles.get(a)) else { return };
-            *out = Coupled { speed: contract(&frozen.speed_by_gradient, &gradient), ..Coupled::zero() };
-            if let Some(&volume) = volume.get(a) {
-                *stress += frozen.stress_by_volume * volume;
-                out.cofactor = self.cofactor_along(a, &frozen.point, &gradient) + frozen.cofactor_by_volume * volume;
-                out.pressure = frozen.pressure_slope * volume;
-                if self.terms.volume_rate {
-                    out.rate = contract(&frozen.point.cofactor, &velocity_gradient)
-                        + contract(&frozen.rate_by_gradient, &gradient)
-                        + frozen.rate_by_volume * volume;
-                }
-            }
-        };
         let own = stress.par_iter_mut().with_min_len(GRAIN).enumerate();
         match (gradients.is_empty(), coupled.is_empty()) {
             (true, true) => own.for_each(|(a, stress)| vary(a, stress, None, None)),

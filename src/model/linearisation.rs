@@ -24,9 +24,7 @@ use super::stress_tangents::StressTangents;
 use super::{Model, Unknowns};
 use crate::setup::CofactorChoice;
 use crate::stabilisation::{PressurePair, VelocityPair};
-use crate::tensor::{
-    Tensor, Tensor4, Vector, add4, cofactor_variation, contract, outer, smallest_stretch,
-};
+use crate::tensor::{Tensor, Tensor4, Vector, add4, cofactor_variation, contract, outer, smallest_stretch};
 
 /// Derivatives at one particle beside that of the stress with respect to F.
 #[derive(Debug, Clone)]

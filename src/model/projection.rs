@@ -61,11 +61,7 @@ struct Local<const D: usize> {
 
 impl<const D: usize> Local<D> {
     fn new(tents: usize) -> Self {
-        Self {
-            active: Vec::new(),
-            gradients: vec![[Vector::zeros(); D]; tents],
-            values: vec![[0.0; D]; tents],
-        }
+        Self { active: Vec::new(), gradients: vec![[Vector::zeros(); D]; tents], values: vec![[0.0; D]; tents] }
     }
 }
 

@@ -1,7 +1,8 @@
 //! Names in a scene ↔ choices of the solvers.
 
 use nicolson_solvers::linear::{
-    EliminationOrder, KrylovOptions, LinearSolverChoice, MultigridOptions, Operator, Preconditioner, PreconditionerMatrix, Symmetry,
+    EliminationOrder, KrylovOptions, LinearSolverChoice, MultigridOptions, Operator, Preconditioner,
+    PreconditionerMatrix, Symmetry,
 };
 use nicolson_solvers::nonlinear::{Forcing, Globalisation, NewtonOptions, TangentPolicy};
 use nicolson_solvers::time::{Adaptive, Effort, RkcOptions, RkcStages, Scheme, StepControl};

@@ -158,7 +158,13 @@ impl Gmres {
     }
 
     /// `x += M⁻¹ V y` with `R y = g`. False if nothing finite came out.
-    fn update(&mut self, action: &Action<'_>, inverse: &mut dyn ApproximateInverse, steps: usize, x: &mut [f64]) -> bool {
+    fn update(
+        &mut self,
+        action: &Action<'_>,
+        inverse: &mut dyn ApproximateInverse,
+        steps: usize,
+        x: &mut [f64],
+    ) -> bool {
         if steps == 0 {
             return false;
         }

@@ -11,8 +11,8 @@ use super::cg::Cg;
 use super::choice::{KrylovOptions, Operator, Preconditioner, PreconditionerMatrix};
 use super::factor::check_entries;
 use super::gmres::Gmres;
-use super::minres::Minres;
 use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, check_vectors, is_known, misses, residual};
+use super::minres::Minres;
 use super::{
     CoarseMatrix, Geometry, LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, Places,
     SparseMatrix, SparsePattern, Symmetry, Tangent, Tents, precondition,

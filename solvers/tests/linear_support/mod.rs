@@ -221,8 +221,9 @@ pub fn all_solvers() -> Vec<LinearSolverChoice> {
         preconditioner_matrix: PreconditionerMatrix::SymmetricPart,
         ..Default::default()
     };
-    let symmetric_only =
-        |choice: &LinearSolverChoice| matches!(choice, LinearSolverChoice::Cg { .. } | LinearSolverChoice::Minres { .. });
+    let symmetric_only = |choice: &LinearSolverChoice| {
+        matches!(choice, LinearSolverChoice::Cg { .. } | LinearSolverChoice::Minres { .. })
+    };
     all.extend(krylov_methods(&symmetric_part).into_iter().filter(|choice| !symmetric_only(choice)));
     all
 }

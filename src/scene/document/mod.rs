@@ -24,8 +24,8 @@ pub(in crate::scene) use material::{
     TransverseText,
 };
 pub(in crate::scene) use numerics::{
-    AdaptiveText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText, ShearText,
-    SchemeText, StabilisationText, TimeText, WaveSpeedText,
+    AdaptiveText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText,
+    SchemeText, ShearText, StabilisationText, TimeText, WaveSpeedText,
 };
 pub(in crate::scene) use value::{Field, FieldList, HourglassText, Number, Text, Vector};
 

@@ -5,7 +5,8 @@ use toml::Spanned;
 
 use super::Number;
 use crate::scene::settings::{
-    Forcing, LineSearch, OperatorChoice, OutputField, PreconditionerChoice, RkcStages, SolverChoice, TangentPolicy, Unknowns,
+    Forcing, LineSearch, OperatorChoice, OutputField, PreconditionerChoice, RkcStages, SolverChoice, TangentPolicy,
+    Unknowns,
 };
 
 #[derive(Debug, Clone, Deserialize)]

@@ -25,7 +25,8 @@ pub(super) struct Chebyshev {
 impl Chebyshev {
     /// A smoother whose interval is estimated by a few products.
     pub(super) fn new(inverses: BlockInverses, action: &Action<'_>, size: usize) -> Self {
-        let mut out = Self { inverses, largest: 1.0, direction: vec![0.0; size], work: [vec![0.0; size], vec![0.0; size]] };
+        let mut out =
+            Self { inverses, largest: 1.0, direction: vec![0.0; size], work: [vec![0.0; size], vec![0.0; size]] };
         out.largest = out.estimate(action) * SAFETY;
         out
     }

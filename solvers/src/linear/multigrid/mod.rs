@@ -205,15 +205,17 @@ impl ApproximateInverse for Multigrid {
         let trace: f64 = {
             let mut start = 0;
             let sizes = bounds.windows(2).map(|b| b[1] - b[0]);
-            sizes.map(|size| {
-                let sum: f64 = (0..size).map(|i| blocks[start + i * size + i]).sum();
-                start += size * size;
-                sum
-            }).sum()
+            sizes
+                .map(|size| {
+                    let sum: f64 = (0..size).map(|i| blocks[start + i * size + i]).sum();
+                    start += size * size;
+                    sum
+                })
+                .sum()
         };
         let inverses = BlockInverses::definite(bounds, blocks);
         self.residual.resize(n, 0.0);
-        self.work.resize(n, 0.0);
+        self.work.resize(if self.options.smoothing > 0 { n } else { 0 }, 0.0);
         if self.is_stale(trace) {
             counts.factorisations += 1;
             let coarse = project(tangent, &tents)?;

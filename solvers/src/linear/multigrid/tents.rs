@@ -299,7 +299,11 @@ impl Coarsening {
                         at[i] = half;
                         let mut next = at;
                         next[i] += 1;
-                        if node[i] % 2 == 0 { vec![(at, weight)] } else { vec![(at, 0.5 * weight), (next, 0.5 * weight)] }
+                        if node[i] % 2 == 0 {
+                            vec![(at, weight)]
+                        } else {
+                            vec![(at, 0.5 * weight), (next, 0.5 * weight)]
+                        }
                     })
                     .collect();
             }
@@ -354,9 +358,8 @@ mod tests {
 
     /// Points of two parts in the plane; some components are no unknowns.
     fn tents() -> (Tents, Vec<[f64; 3]>) {
-        let positions: Vec<[f64; 3]> = (0..90)
-            .map(|k| [f64::from(k % 9) + if k < 45 { 0.0 } else { 3.0 }, f64::from(k / 9) * 1.1, 0.0])
-            .collect();
+        let positions: Vec<[f64; 3]> =
+            (0..90).map(|k| [f64::from(k % 9) + if k < 45 { 0.0 } else { 3.0 }, f64::from(k / 9) * 1.1, 0.0]).collect();
         let mut next = 0;
         let unknowns = (0..90)
             .map(|k| {

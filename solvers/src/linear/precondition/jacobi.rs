@@ -144,7 +144,9 @@ impl BlockJacobi {
                 Some(k) => {
                     let block = self.blocks.starts.partition_point(|&start| start <= k) - 1;
                     let size = self.blocks.bounds[block + 1] - self.blocks.bounds[block];
-                    Err(LinearError::EntryNotFinite { row: self.blocks.bounds[block] + (k - self.blocks.starts[block]) / size })
+                    Err(LinearError::EntryNotFinite {
+                        row: self.blocks.bounds[block] + (k - self.blocks.starts[block]) / size,
+                    })
                 }
                 None => Ok(()),
             };
