@@ -298,7 +298,13 @@ impl LinearSolver for Krylov {
                 self.preconditioner.prepare(&known, &mut self.counts)?;
             }
             None if self.options.operator == Operator::MatrixFree => {
-                self.preconditioner.prepare(&WithoutEntries { tangent }, &mut self.counts)?;
+                match self.preconditioner.prepare(&WithoutEntries { tangent }, &mut self.counts) {
+                    // It cannot do without them: only the products are free of entries then.
+                    Err(LinearError::NeedsEntries { .. }) => {
+                        self.preconditioner.prepare(tangent, &mut self.counts)?;
+                    }
+                    outcome => outcome?,
+                }
             }
             None => self.preconditioner.prepare(tangent, &mut self.counts)?,
         }

@@ -134,7 +134,8 @@ impl Minres {
             for (r, v) in self.residual.iter_mut().zip(present.iter()) {
                 *r = s * s * *r + along * v;
             }
-            if norm(&self.residual) <= limits.tolerance * scale {
+            // Below rounding the carried residual is no longer the true one.
+            if norm(&self.residual) <= limits.tolerance.max(f64::EPSILON) * scale {
                 return None;
             }
             (last_length, length) = (length, next);
