@@ -62,7 +62,7 @@ fn measure<const D: usize>(example: &str, sets: &[(String, String)], with_lu: bo
     let symmetric = model.tangent().symmetry() != nicolson_solvers::linear::Symmetry::General;
     let mut solvers: Vec<(&str, Box<dyn LinearSolver>)> = Vec::new();
     if symmetric {
-        solvers.push(("LDLT, dissection", Box::new(SparseLdlt::new(EliminationOrder::Dissection))));
+        solvers.push(("LDLT, by places", Box::new(SparseLdlt::new(EliminationOrder::Automatic))));
         solvers.push(("LDLT, minimum degree", Box::new(SparseLdlt::new(EliminationOrder::MinimumDegree))));
     }
     if with_lu || !symmetric {
@@ -107,8 +107,8 @@ fn main() -> Outcome {
                 measure::<2>("swinging-plate", &sets, with_lu)
             }
             "beam" => {
-                let across = (particles / 8.0).sqrt().round();
-                let sets = vec![("body.0.counts".into(), format!("[{}, {across}]", 8.0 * across))];
+                let across = (particles / 17.5).sqrt().round();
+                let sets = vec![("body.0.counts".into(), format!("[{}, {across}]", 17.5 * (across - 1.0) + 1.0))];
                 measure::<2>("csm3", &sets, with_lu)
             }
             _ => {

@@ -128,6 +128,9 @@ pub struct Traction<const D: usize> {
     pub name: String,
     /// Particles and areas, m^(D−1).
     pub areas: Vec<(usize, f64)>,
+    /// Where each of them acts, m: the particle itself if that lies on the boundary; else the particles around it share
+    /// the load such that its resultant and its moment are those of that place.
+    pub points: Vec<SVector<f64, D>>,
     /// Components as fields of `X, Y, Z, t`, Pa (per reference area, fixed direction).
     pub value: [Expression; D],
 }

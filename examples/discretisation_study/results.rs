@@ -188,5 +188,6 @@ fn picture(rows: &[Row]) -> LinePlot {
         ],
         log_x: true,
         log_y: true,
+        ..LinePlot::default()
     }
 }

@@ -139,7 +139,7 @@ impl Beam {
         let mut runs: Vec<Run> = Vec::new();
         for name in IMPLICIT.into_iter().take(if short { 1 } else { IMPLICIT.len() }) {
             let method = named(name)?;
-            for steps in STEPS {
+            for steps in STEPS.into_iter().skip(if short { 6 } else { 0 }) {
                 let steps = (steps as f64 * self.stiffness.sqrt()) as usize;
                 let Ok(mut run) = self.run(&method, steps, END) else { continue };
                 if run.swing.is_some_and(|swing| swing.misses(&target) <= LEVEL) {

@@ -35,6 +35,8 @@ pub enum Length {
     Steps(usize),
     /// `c Δt/d` at most.
     Courant(f64),
+    /// So many steps in one of this Courant number at most.
+    Part(f64, usize),
 }
 
 /// Displacements at the sample times.
@@ -126,14 +128,19 @@ impl Variant {
         let between = self.end() / SAMPLES as f64;
         let steps = match length {
             Length::Steps(steps) => steps.div_ceil(SAMPLES) as f64,
-            Length::Courant(courant) => {
-                let mut prepared = self.prepared::<D>(method, between)?;
-                // The limit contains the default factor.
-                let limit = prepared.model.stable_step(0.0, &prepared.state.values) / DEFAULT_COURANT;
-                (between / (courant * limit)).ceil()
-            }
+            Length::Courant(courant) => self.steps::<D>(method, courant)?,
+            Length::Part(courant, parts) => self.steps::<D>(method, courant)? * parts as f64,
         };
         Ok(between / steps)
+    }
+
+    /// Steps between samples with a Courant number at most.
+    fn steps<const D: usize>(&self, method: &Method, courant: f64) -> Result<f64, String> {
+        let between = self.end() / SAMPLES as f64;
+        let mut prepared = self.prepared::<D>(method, between)?;
+        // The limit contains the default factor.
+        let limit = prepared.model.stable_step(0.0, &prepared.state.values) / DEFAULT_COURANT;
+        Ok((between / (courant * limit)).ceil())
     }
 
     /// The scene before its first step.

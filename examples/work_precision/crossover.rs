@@ -13,8 +13,8 @@ use super::sweep::{reference, seconds_to};
 const SCENES: [(&str, f64); 3] = [("piston-elastic", 1.0), ("impact-hyperelastic", 0.5), ("csm3", 0.25)];
 /// Stiffness and duration over those of the scene.
 const VARIANTS: [(f64, f64); 5] = [(1.0, 1.0), (10.0, 1.0), (100.0, 1.0), (1.0, 4.0), (1.0, 16.0)];
-/// Courant number of the reference.
-const REFERENCE: f64 = 1.0;
+/// Step of the reference.
+const REFERENCE: Length = Length::Courant(1.0);
 /// Explicit and implicit methods that compete.
 const EXPLICIT: &str = "velocity Verlet";
 const IMPLICIT: [&str; 3] = ["Crank–Nicolson", "Crank–Nicolson, lagged", "energy–momentum"];

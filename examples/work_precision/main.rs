@@ -55,8 +55,8 @@ fn measure(arguments: &Arguments) -> Result<(), String> {
     let Arguments { short, out, .. } = arguments;
     std::fs::create_dir_all(out).map_err(basics::reason(out))?;
     let names = scenes::chosen(&arguments.scene, PROBLEMS.map(|problem| problem.name.to_owned()));
-    let problems: Vec<_> =
-        PROBLEMS.into_iter().filter(|problem| names.iter().any(|name| name == problem.name)).collect();
+    let wanted = PROBLEMS.into_iter().filter(|problem| names.iter().any(|name| name == problem.name));
+    let problems: Vec<_> = wanted.map(|problem| if *short { problem.coarsened() } else { problem }).collect();
     let mut files = Vec::new();
     for part in scenes::chosen(&arguments.part, PARTS.map(str::to_owned)) {
         files.extend(match part.as_str() {

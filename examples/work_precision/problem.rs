@@ -13,10 +13,19 @@ pub struct Problem {
     pub end: f64,
     /// Steps to the end of the implicit schemes; multiples of [`SAMPLES`](super::case::SAMPLES).
     pub steps: &'static [usize],
-    /// Particles, by key and value; as in the scene if empty.
+    /// Keys and values that change the number of particles; none to begin with.
     pub size: &'static [(&'static str, &'static str)],
+    /// The same for runs of some seconds.
+    pub coarse: &'static [(&'static str, &'static str)],
     /// Key and value of what the stiffness is in proportion to, and its power: 2 for a wave speed.
     pub stiffness: (&'static str, f64, i32),
+}
+
+impl Problem {
+    /// With few particles.
+    pub fn coarsened(self) -> Self {
+        Self { size: self.coarse, ..self }
+    }
 }
 
 /// All of them.
@@ -28,6 +37,7 @@ pub const PROBLEMS: [Problem; 7] = [
         end: 1.264_911_064_067_351_8, // one period, 4L/c
         steps: &[8, 16, 32, 64, 128, 256],
         size: &[],
+        coarse: &[("body.0.spacing", "0.5")],
         stiffness: ("body.0.material.linear_volumetric.bulk_modulus", 1e6, 1),
     },
     Problem {
@@ -37,6 +47,7 @@ pub const PROBLEMS: [Problem; 7] = [
         end: 0.374_165_738_677_394_1, // one period
         steps: &[8, 16, 32, 64, 128, 256],
         size: &[],
+        coarse: &[("body.0.spacing", "0.5")],
         stiffness: ("body.0.material.linear_volumetric.youngs_modulus", 1e6, 1),
     },
     Problem {
@@ -46,6 +57,7 @@ pub const PROBLEMS: [Problem; 7] = [
         end: 1.0,
         steps: &[8, 16, 32, 64, 128, 256],
         size: &[],
+        coarse: &[("body.0.spacing", "0.5")],
         stiffness: ("body.0.material.hyperelastic_volumetric.wave_speed", 10.0, 2),
     },
     Problem {
@@ -55,6 +67,7 @@ pub const PROBLEMS: [Problem; 7] = [
         end: 1.0,
         steps: &[8, 16, 32, 64, 128, 256],
         size: &[],
+        coarse: &[("body.0.spacing", "0.5")],
         stiffness: ("body.0.material.hyperelastic_volumetric.wave_speed", 10.0, 2),
     },
     Problem {
@@ -64,6 +77,7 @@ pub const PROBLEMS: [Problem; 7] = [
         end: 1.0,
         steps: &[16, 24, 48, 96, 192, 384],
         size: &[],
+        coarse: &[("body.0.counts", "[18, 3]")],
         stiffness: ("body.0.material.st_venant_kirchhoff.youngs_modulus", 1.4e6, 1),
     },
     Problem {
@@ -73,6 +87,7 @@ pub const PROBLEMS: [Problem; 7] = [
         end: 0.3,
         steps: &[16, 32, 64, 128, 256, 512],
         size: &[],
+        coarse: &[("body.0.counts", "[16, 3]")],
         stiffness: ("body.0.material.st_venant_kirchhoff.youngs_modulus", 2e6, 1),
     },
     Problem {
@@ -82,6 +97,7 @@ pub const PROBLEMS: [Problem; 7] = [
         end: 0.5,
         steps: &[8, 16, 32, 64, 128],
         size: &[],
+        coarse: &[("body.0.counts", "[3, 3, 7]")],
         stiffness: ("body.0.material.neo_hookean.youngs_modulus", 17e6, 1),
     },
 ];

@@ -3,8 +3,10 @@
 use super::case::{Length, Solution, Track, Variant, distance};
 use super::problem::{METHODS, Method, Problem};
 
-/// Courant number of the reference.
-const REFERENCE: f64 = 0.5;
+/// Courant number of the reference: two steps in each of 1.
+const REFERENCE: Length = Length::Part(1.0, 2);
+/// The same in steps twice as long.
+const COARSER: Length = Length::Courant(1.0);
 /// Share of its duration that a scene runs in short.
 const SHORT: f64 = 0.04;
 
@@ -21,18 +23,13 @@ pub struct Row {
     pub uncertainty: f64,
 }
 
-/// The method of references.
-pub fn reference_method() -> Method {
-    Method { name: "reference", keys: &[("time.scheme", "rk4")], courant: &[REFERENCE] }
-}
-
-/// A reference at a Courant number.
+/// A reference, by RK4.
 ///
 /// # Errors
 /// If the run ends early.
-pub fn reference(variant: &Variant, courant: f64) -> Result<Track, String> {
-    let solution = variant.run(&reference_method(), Length::Courant(courant), false)?;
-    Ok(solution.track)
+pub fn reference(variant: &Variant, length: Length) -> Result<Track, String> {
+    let method = Method { name: "reference", keys: &[("time.scheme", "rk4")], courant: &[1.0] };
+    Ok(variant.run(&method, length, false)?.track)
 }
 
 /// The steps of a method, the longest first.
@@ -55,7 +52,7 @@ pub fn sweep(problems: &[Problem], short: bool) -> Result<Vec<Row>, String> {
         let track =
             reference(&variant, REFERENCE).map_err(|error| format!("reference of {}: {error}", problem.name))?;
         // Of fourth order: the distance to the coarser one is 15 times the error of the finer one.
-        let uncertainty = distance(&reference(&variant, 2.0 * REFERENCE)?, &track) / 15.0;
+        let uncertainty = distance(&reference(&variant, COARSER)?, &track) / 15.0;
         eprintln!("{}: reference known to {uncertainty:.1e}", problem.name);
         for method in METHODS {
             let mut lengths = lengths(problem, &method);
@@ -110,7 +107,7 @@ mod tests {
     fn errors_are_those_of_the_time_alone() {
         let variant = Variant::plain(PROBLEMS[0]);
         let track = reference(&variant, REFERENCE).unwrap();
-        let coarser = distance(&reference(&variant, 2.0 * REFERENCE).unwrap(), &track);
+        let coarser = distance(&reference(&variant, COARSER).unwrap(), &track);
         let method = METHODS.into_iter().find(|method| method.name == "Crank–Nicolson").unwrap();
         let errors: Vec<f64> = [64, 128, 256]
             .into_iter()

@@ -21,8 +21,8 @@ const TOLERANCES: [f64; 6] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 const STEPS: [usize; 7] = [8, 16, 32, 64, 128, 256, 512];
 /// Errors at which the times are compared.
 const LEVELS: [f64; 3] = [1e-1, 1e-2, 1e-3];
-/// Courant number of the reference.
-const REFERENCE: f64 = 0.5;
+/// Step of the reference.
+const REFERENCE: Length = Length::Courant(0.5);
 /// A run of diffsol is given up after this many steps.
 const MOST_STEPS: usize = 100_000;
 

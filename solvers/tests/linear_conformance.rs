@@ -197,7 +197,9 @@ fn solvers_describe_themselves_and_their_work() {
     let matrix = grid(6, 2.4, 0.5, 0.0);
     let b = right_hand_side(matrix.size());
     let mut names = std::collections::BTreeSet::new();
-    for choice in all_solvers() {
+    // What chooses for itself goes by the name of its choice, and keeps factors.
+    let named = all_solvers().into_iter().filter(|choice| !matches!(choice, LinearSolverChoice::Automatic(_)));
+    for choice in named {
         let mut solver = choice.build();
         assert_eq!(solver.info().unknowns, 0);
         let mut x = vec![0.0; b.len()];

@@ -150,6 +150,9 @@ impl Monitor for Console {
         for (name, probe) in &report.probes {
             println!("probe {name}: u = {:?} m", probe.displacement);
         }
+        if !report.linear.reason.is_empty() {
+            println!("linear solver: {}; {}", report.linear.solver, report.linear.reason);
+        }
         println!("{}", breakdown(report));
         if let Some(directory) = &self.directory {
             println!("results in {}", directory.display());

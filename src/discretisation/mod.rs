@@ -17,6 +17,7 @@ mod gradient;
 mod neighbours;
 
 pub use balance::BalanceReport;
+pub(crate) use balance::face_shares;
 pub use correction::{KernelCorrection, least_squares_weights};
 pub use gradient::{Gradient, plain_slope};
 pub use neighbours::Neighbourhood;

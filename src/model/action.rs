@@ -7,7 +7,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use nicolson_solvers::linear::{CoarseMatrix, Geometry, Places, SparsePattern, Symmetry, Tangent, Tents};
+use nicolson_solvers::linear::{CoarseMatrix, Effort, Geometry, Places, SparsePattern, Symmetry, Tangent, Tents};
 use rayon::prelude::*;
 
 use super::evaluation::GRAIN;
@@ -290,6 +290,27 @@ impl<const D: usize> Tangent for Model<D> {
 
     fn project(&self, tents: &Tents, coarse: &mut CoarseMatrix) -> bool {
         self.project_onto(tents, coarse)
+    }
+
+    /// Measured per pair and per pair of pairs (`benches/factors.rs`).
+    fn effort(&self) -> Option<Effort> {
+        let neighbourhood = &self.gradient.neighbourhood;
+        let (particles, pairs) = (self.particles().max(1) as f64, neighbourhood.pairs() as f64);
+        let near = pairs / particles;
+        let dimension = D as f64;
+        let entries = match self.linearisation.slots.get() {
+            Some(slots) => slots.pattern().entries() as f64,
+            None => {
+                let ring = (2.0 * near.powf(1.0 / dimension) - 1.0).powi(D as i32);
+                (self.unknowns.count() as f64).powi(2) / particles * ring
+            }
+        };
+        let terms = if self.upwind.is_some() { 2.0 } else { 1.0 };
+        Some(Effort {
+            action: terms * pairs * (40.0 * dimension + 10.0) * 1e-9,
+            assembly: pairs * near * 12.0 * dimension * 1e-9,
+            entries,
+        })
     }
 
     fn sparser(&self) -> Option<&dyn Tangent> {

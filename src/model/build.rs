@@ -108,9 +108,10 @@ impl<const D: usize> Model<D> {
             .map(|(a, b)| (positions[b] - positions[a]).norm())
             .fold(f64::INFINITY, f64::min);
         let reconstructed = upwind.as_ref().is_some_and(|u| u.options.interface.reconstructs());
+        let loads = Loads::new(&setup, &gradient.neighbourhood, &masses)?;
         let mut model = Self {
             unknowns: Numbering::new(unknowns, &setup),
-            loads: Loads::new(&setup, &masses),
+            loads,
             workspace: Workspace::new(count, upwind.is_some(), reconstructed, hourglass.is_some()),
             stage: Stage::default(),
             linearisation: Linearisation::default(),

@@ -35,12 +35,6 @@ impl<const D: usize> Model<D> {
         self.workspace.hourglass = forces;
     }
 
-    /// `Π`, J.
-    pub(super) fn hourglass_energy(&self, displacement: &[f64]) -> f64 {
-        let (Some(control), near) = (&self.hourglass, &self.gradient.neighbourhood) else { return 0.0 };
-        self.sum(|a| control.energy(a, near, displacement, &self.gradient.of(a, displacement)))
-    }
-
     /// Adds the derivatives of the force on particle `a` to the blocks of its members, which follow one for others.
     pub(super) fn add_hourglass(&self, a: usize, members: &[u32], blocks: &mut [Tensor<D>], scale: f64) {
         if self.active_hourglass().is_none() {

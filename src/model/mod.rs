@@ -12,6 +12,8 @@
 //! u̇_a = v_a
 //! ```
 //!
+//! Where D_p does not act and nobody asks for it, J is not evolved: `J_a = det F_a + const.` (`volume`).
+//!
 //! | file | purpose |
 //! |---|---|
 //! | `evaluation` | the two sweeps that give forces and rates |

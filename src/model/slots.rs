@@ -9,6 +9,9 @@ use rayon::prelude::*;
 
 use super::Model;
 
+/// Particles whose rings are found at a time: what they have before it is shared takes room.
+const CHUNK: usize = 4096;
+
 /// Pattern of the entries, and whose they are.
 #[derive(Debug, Clone)]
 pub struct Slots {
@@ -51,31 +54,51 @@ impl<const D: usize> Model<D> {
     }
 
     fn build_slots(&self) -> Slots {
-        let (n, neighbourhood) = (self.particles(), &self.gradient.neighbourhood);
-        let found: Vec<(Vec<u32>, Vec<u32>)> = (0..n)
-            .into_par_iter()
-            .map(|a| {
-                let ring = neighbourhood.two_ring(a);
-                let slots = neighbourhood.of(a).iter().flat_map(|&c| walk(&ring, neighbourhood.of(c as usize)));
-                let slots = slots.collect();
-                (ring, slots)
-            })
-            .collect();
+        let n = self.particles();
+        let (mut ring_starts, mut rings) = (vec![0], Vec::new());
         let (mut known, mut slot_starts, mut slots) = (HashMap::new(), Vec::with_capacity(n), Vec::new());
-        let (mut ring_starts, mut rings) =
-            (vec![0], Vec::with_capacity(found.iter().map(|(ring, _)| ring.len()).sum()));
         let (mut offsets, mut columns) = (vec![0], Vec::new());
-        for (a, (ring, own)) in found.iter().enumerate() {
-            slot_starts.push(*known.entry(own.as_slice()).or_insert_with(|| {
-                let start = slots.len();
-                slots.extend_from_slice(own);
-                start
-            }));
-            self.push_rows(a, ring, &mut offsets, &mut columns);
-            rings.extend_from_slice(ring);
-            ring_starts.push(rings.len());
+        for first in (0..n).step_by(CHUNK) {
+            let found: Vec<(Vec<u32>, Vec<u32>)> = (first..n.min(first + CHUNK))
+                .into_par_iter()
+                .with_min_len(CHUNK / 16)
+                .map_init(|| vec![0; n], |place, a| self.ring_and_slots(a, place))
+                .collect();
+            for (a, (ring, own)) in (first..).zip(found) {
+                self.push_rows(a, &ring, &mut offsets, &mut columns);
+                rings.extend_from_slice(&ring);
+                ring_starts.push(rings.len());
+                let start = known.get(own.as_slice()).copied().unwrap_or_else(|| {
+                    let start = slots.len();
+                    slots.extend_from_slice(&own);
+                    known.insert(own, start);
+                    start
+                });
+                slot_starts.push(start);
+            }
         }
         Slots { pattern: Arc::new(SparsePattern::new(offsets, columns)), ring_starts, rings, slot_starts, slots }
+    }
+
+    /// The two-ring of a particle, and the places in it, from 1, of the neighbours of all its neighbours. `place` is zero
+    /// for all particles, before and after.
+    fn ring_and_slots(&self, a: usize, place: &mut [u32]) -> (Vec<u32>, Vec<u32>) {
+        let near = &self.gradient.neighbourhood;
+        let reached = || near.of(a).iter().flat_map(|&c| near.of(c as usize));
+        let mut ring = Vec::new();
+        for &e in reached() {
+            if place[e as usize] == 0 {
+                place[e as usize] = 1;
+                ring.push(e);
+            }
+        }
+        ring.sort_unstable();
+        for (slot, &e) in (1..).zip(&ring) {
+            place[e as usize] = slot;
+        }
+        let slots = reached().map(|&e| place[e as usize]).collect();
+        ring.iter().for_each(|&e| place[e as usize] = 0);
+        (ring, slots)
     }
 
     /// The velocity unknown that belongs to a displacement unknown; `None` for other unknowns.
@@ -102,15 +125,4 @@ impl<const D: usize> Model<D> {
             offsets.push(columns.len());
         }
     }
-}
-
-/// Places, from 1, of ascending particles in a sorted ring that contains them all.
-fn walk<'a>(ring: &'a [u32], particles: &'a [u32]) -> impl Iterator<Item = u32> + 'a {
-    let mut place = 0;
-    particles.iter().map(move |&e| {
-        while ring[place] < e {
-            place += 1;
-        }
-        place as u32 + 1
-    })
 }

@@ -38,6 +38,16 @@ impl Picture {
         (self.width as f64 * self.pixel, self.height as f64 * self.pixel)
     }
 
+    /// Width and height in pixels.
+    pub(super) fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    /// Three bytes per pixel, row by row.
+    pub(super) fn rgb(&self) -> &[u8] {
+        &self.rgb
+    }
+
     /// Writes the picture in PNG format.
     pub(super) fn encode(&self, file: impl Write) -> io::Result<()> {
         let mut encoder = png::Encoder::new(file, self.width as u32, self.height as u32);

@@ -149,7 +149,7 @@ mod tests {
         let promised = [
             ("steps", "accepted rejected"),
             ("newton", "failures iterations linearisations residual_evaluations solves"),
-            ("linear", "analyses factorisations fill iterations solver solves"),
+            ("linear", "analyses factorisations fill iterations reason solver solves"),
             ("wall_seconds", "assembly factorisation integration ledger other output rate setup solve total"),
             ("bottleneck", "hint part share"),
             ("energy", "dissipated final hourglass_max_fraction initial ledger_error max_relative_drift"),

@@ -47,6 +47,8 @@ pub struct NewtonWork {
 pub struct LinearWork {
     /// Solver in words; empty if none was needed.
     pub solver: String,
+    /// Why `linear.solver = "auto"` chose it; empty for a solver that was named.
+    pub reason: String,
     /// Symbolic analyses.
     pub analyses: usize,
     /// Numeric factorisations.

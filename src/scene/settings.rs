@@ -271,11 +271,13 @@ pub enum OutputField {
     Stress,
     /// √(3/2 s:s) of its deviator s, Pa; left out where there is no solid.
     VonMises,
+    /// V J, m^D: pictures take the size of particles from it.
+    Volume,
 }
 
 impl OutputField {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Pressure,
         Self::Jacobian,
         Self::Velocity,
@@ -283,5 +285,6 @@ impl OutputField {
         Self::DeformationGradient,
         Self::Stress,
         Self::VonMises,
+        Self::Volume,
     ];
 }

@@ -80,8 +80,8 @@ pub fn prepare<const D: usize>(scene: &Scene) -> Result<Prepared<D>, RunError> {
         if let Some(declared) = scene.newton.declared_linear {
             declare(&mut model, &values, declared, first_step(time, explicit_step_limit))?;
         }
-        let symmetry = model.declared(problem(scheme)).symmetry;
-        Some(NewtonSolver::new(choices::newton(scene)?, choices::linear(scene, symmetry)?.build()))
+        let at_rest = scheme == Scheme::Static;
+        Some(NewtonSolver::new(choices::newton(scene)?, choices::linear(scene, at_rest)?.build()))
     } else {
         None
     };

@@ -272,6 +272,7 @@ impl<const D: usize> Recorder<D> {
             },
             linear: LinearWork {
                 solver: info.as_ref().map(|info| info.name.clone()).unwrap_or_default(),
+                reason: info.as_ref().map(|info| info.reason.clone()).unwrap_or_default(),
                 analyses: counts.analyses,
                 factorisations: counts.factorisations,
                 solves: counts.solves,

@@ -1,5 +1,6 @@
 //! The choice of a linear solver as plain data.
 
+use super::automatic::Automatic;
 use super::bicgstab::BiCgStab;
 use super::cg::Cg;
 use super::gmres::Gmres;
@@ -20,6 +21,8 @@ pub enum LinearSolverChoice {
     /// Sparse LU: any matrix with entries.
     #[default]
     Lu,
+    /// Iterates or factors, by counted costs: any operator.
+    Automatic(AutomaticOptions),
     /// Sparse LDLᵀ: symmetric matrices with entries.
     Ldlt {
         /// Order of elimination.
@@ -52,6 +55,25 @@ pub enum LinearSolverChoice {
         /// Settings of the iteration.
         krylov: KrylovOptions,
     },
+}
+
+/// Settings of the solver that chooses for itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AutomaticOptions {
+    /// Factor whatever it costs, unless memory forbids it.
+    pub direct: bool,
+    /// Keep a factor for later operators as long as that is cheaper than another one.
+    pub keeps: bool,
+    /// Length of a cycle of GMRES.
+    pub restart: usize,
+    /// Iterations at most in one solve.
+    pub max_iterations: usize,
+}
+
+impl Default for AutomaticOptions {
+    fn default() -> Self {
+        Self { direct: false, keeps: true, restart: 50, max_iterations: 1000 }
+    }
 }
 
 /// Settings that all Krylov methods share.
@@ -188,12 +210,17 @@ impl KrylovOptions {
 }
 
 impl LinearSolverChoice {
-    /// LDLᵀ in minimum degree order.
+    /// The default settings of the solver that chooses for itself.
+    pub fn automatic() -> Self {
+        Self::Automatic(AutomaticOptions::default())
+    }
+
+    /// LDLᵀ in the default order.
     pub fn ldlt() -> Self {
         Self::Ldlt { order: EliminationOrder::default() }
     }
 
-    /// Cholesky in minimum degree order.
+    /// Cholesky in the default order.
     pub fn cholesky() -> Self {
         Self::Cholesky { order: EliminationOrder::default() }
     }
@@ -225,6 +252,9 @@ impl LinearSolverChoice {
     pub fn validate(&self) -> Result<(), InvalidChoice> {
         match self {
             Self::Lu | Self::Ldlt { .. } | Self::Cholesky { .. } => Ok(()),
+            Self::Automatic(options) if options.restart == 0 => refuse("restart", "must be at least 1"),
+            Self::Automatic(options) if options.max_iterations == 0 => refuse("max_iterations", "must be at least 1"),
+            Self::Automatic(_) => Ok(()),
             Self::Gmres { restart: 0, .. } => refuse("restart", "must be at least 1"),
             Self::Gmres { krylov, .. } | Self::BiCgStab { krylov } => krylov.validate(),
             Self::Cg { krylov } | Self::Minres { krylov } => match krylov.preconditioner {
@@ -249,6 +279,7 @@ impl LinearSolverChoice {
         }
         match self {
             Self::Lu => Box::new(SparseLu::new()),
+            Self::Automatic(options) => Box::new(Automatic::new(options.clone())),
             Self::Ldlt { order } => Box::new(SparseLdlt::new(order.clone())),
             Self::Cholesky { order } => Box::new(SparseCholesky::new(order.clone())),
             Self::Gmres { restart, krylov } => {

@@ -10,6 +10,7 @@
 
 use std::sync::Arc;
 
+use super::effort::FactorSize;
 use super::iteration::{ApproximateInverse, is_known, misses};
 use super::scaling::Equilibration;
 use super::{LinearCounts, LinearError, SparsePattern, Symmetry, Tangent};
@@ -63,6 +64,11 @@ pub(super) trait Factors: Send {
 
     /// Stored entries of the factors (a bound where the library does not tell).
     fn fill(&self) -> usize;
+
+    /// Size of the factor of the first variant, where the analysis tells.
+    fn size(&self) -> Option<FactorSize> {
+        None
+    }
 }
 
 /// The factor of one matrix after another on the same pattern, with its scaling.
@@ -96,6 +102,11 @@ impl FactoredMatrix {
     /// Size of the factored matrix, once there is one.
     pub(super) fn size(&self) -> Option<usize> {
         self.pattern.as_ref().filter(|_| self.ready).map(|p| p.size())
+    }
+
+    /// Size of the factor, where the analysis tells.
+    pub(super) fn size_of_factor(&self) -> Option<FactorSize> {
+        self.factors.size()
     }
 
     /// Stored entries of the matrix.

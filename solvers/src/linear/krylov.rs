@@ -159,6 +159,11 @@ impl Krylov {
         }
     }
 
+    /// Limits the iterations of later solves.
+    pub(super) fn limit(&mut self, iterations: usize) {
+        self.options.max_iterations = iterations;
+    }
+
     fn name(&self) -> String {
         let method = match &self.method {
             Method::Gmres { restart, .. } => format!("GMRES({restart})"),
@@ -279,6 +284,7 @@ impl LinearSolver for Krylov {
             entries: self.matrix.as_ref().map_or(0, |m| m.values().len()),
             fill: if self.size.is_some() { self.preconditioner.fill() } else { 0 },
             threads: rayon::current_num_threads(),
+            reason: String::new(),
         }
     }
 

@@ -1,8 +1,8 @@
 //! Sparse LDLᵀ and Cholesky, by faer.
 //!
 //! A symmetric matrix costs a tenth of the time and a sixth of the memory that LU takes on the same
-//! pattern. The order of elimination is approximate minimum degree or one that is given (a nested
-//! dissection from the positions of the particles, say). Neither method exchanges rows, so the factor
+//! pattern. The order of elimination is a nested dissection from the places of the unknowns, approximate
+//! minimum degree, or one that is given. Neither method exchanges rows, so the factor
 //! of an indefinite matrix is probed, and where plain LDLᵀ has lost its accuracy, Bunch–Kaufman pivoting
 //! inside the supernodes (LBLᵀ) takes over; where that does not reach, LU. Both are rare, and show in
 //! the name that the solver tells.
@@ -23,10 +23,11 @@ use faer::sparse::linalg::cholesky::{
 use faer::{Conj, MatMut, Par, Side};
 
 use super::direct::{Direct, delegate_to_direct};
-use super::dissection::nested_dissection;
+use super::effort::FactorSize;
+use super::elimination::elimination_order;
 use super::factor::Factors;
 use super::lu::{LuFactors, failure, memory, transposed};
-use super::pivots::{has_good_pivots, inverse, pivot, unknown};
+use super::pivots::{has_good_pivots, inverse, pivot, size_of, unknown};
 use super::{LinearError, SparsePattern, Tangent};
 
 /// Below every ratio of operations to entries: always supernodal, so that pivoting inside supernodes
@@ -38,10 +39,10 @@ const ROUNDING_PIVOT: f64 = 1e-13;
 /// In which order a symmetric factorisation eliminates the unknowns.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum EliminationOrder {
-    /// Nested dissection where the operator tells the [places](super::Tangent::places) of its unknowns, else minimum
-    /// degree.
+    /// Where the operator tells the [places](super::Tangent::places) of its unknowns, the one with the fewest
+    /// multiplications of nested dissection, a sweep, and minimum degree; else minimum degree.
     #[default]
-    Dissection,
+    Automatic,
     /// Approximate minimum degree (Amestoy, Davis & Duff 1996), computed once per pattern.
     MinimumDegree,
     /// A permutation: entry `k` is the unknown that is eliminated as number `k`.
@@ -142,9 +143,9 @@ impl Factors for SymmetricFactors {
             CholeskySymbolicParams { supernodal_flop_ratio_threshold: ALWAYS_SUPERNODAL, ..Default::default() };
         let given: Option<Cow<'_, [usize]>> = match &self.order {
             EliminationOrder::MinimumDegree => None,
-            EliminationOrder::Dissection => tangent
+            EliminationOrder::Automatic => tangent
                 .places()
-                .and_then(|places| nested_dissection(pattern, tangent.blocks(), &places))
+                .and_then(|places| elimination_order(pattern, tangent.blocks(), &places))
                 .map(Cow::Owned),
             EliminationOrder::Given(forward) => Some(Cow::Borrowed(forward)),
         };
@@ -306,6 +307,10 @@ impl Factors for SymmetricFactors {
             return general.solve_transposed(x);
         }
         self.solve(x);
+    }
+
+    fn size(&self) -> Option<FactorSize> {
+        self.symbolic.as_ref().and_then(size_of)
     }
 
     fn fill(&self) -> usize {

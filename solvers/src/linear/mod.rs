@@ -18,6 +18,7 @@
 //! | BiCGStab | an action | seven vectors |
 //! | CG | an action, symmetry, definiteness | four vectors; reports negative curvature |
 //! | MINRES | an action, symmetry | seven vectors; a preconditioner must be positive definite |
+//! | automatic | an action; entries for its better half | iterates, or factors, by counted costs |
 //!
 //! The direct solvers probe every factor (faer's LU answers `Ok` on singular matrices) and refine every
 //! solution until the residual of the operator itself meets the tolerance. The Krylov methods take a
@@ -25,11 +26,13 @@
 //! relative; block Jacobi and multigrid also work from [diagonal blocks](Tangent::diagonal_blocks) and
 //! [geometry](Tangent::geometry), without any entry. There is no QR factorisation: it costs fifty times LU.
 
+mod automatic;
 mod bicgstab;
 mod cg;
 mod choice;
 mod direct;
-mod dissection;
+mod effort;
+mod elimination;
 mod factor;
 mod gmres;
 mod iteration;
@@ -46,8 +49,11 @@ mod stored;
 
 use std::sync::Arc;
 
-pub use choice::{InvalidChoice, KrylovOptions, LinearSolverChoice, Operator, Preconditioner, PreconditionerMatrix};
-pub use dissection::Places;
+pub use choice::{
+    AutomaticOptions, InvalidChoice, KrylovOptions, LinearSolverChoice, Operator, Preconditioner, PreconditionerMatrix,
+};
+pub use effort::Effort;
+pub use elimination::Places;
 pub use ldlt::{EliminationOrder, SparseCholesky, SparseLdlt};
 pub use lu::SparseLu;
 pub use multigrid::{CoarseMatrix, Geometry, MultigridOptions, PointTents, Tents};
@@ -128,6 +134,11 @@ pub trait Tangent: Sync {
         None
     }
 
+    /// What an action and the entries cost, if the operator knows; needs no pattern.
+    fn effort(&self) -> Option<Effort> {
+        None
+    }
+
     /// A sparser operator close to this one, as material for a preconditioner (the coupling between
     /// direct neighbours only, say).
     fn sparser(&self) -> Option<&dyn Tangent> {
@@ -161,6 +172,8 @@ pub struct LinearSolverInfo {
     pub fill: usize,
     /// Threads used inside the solver.
     pub threads: usize,
+    /// Why a solver that chooses for itself chose this; empty for others.
+    pub reason: String,
 }
 
 /// What one solve did.
@@ -276,6 +289,18 @@ pub trait LinearSolver: Send {
     /// # Errors
     /// [`LinearError`] if the operator does not suit the solver, is not finite, or is singular.
     fn prepare(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError>;
+
+    /// Time spent in solves, so far, on factors that turned out to be needed: it belongs to preparation.
+    fn late_preparation(&self) -> std::time::Duration {
+        std::time::Duration::ZERO
+    }
+
+    /// `x = A⁻¹ b` with the factor of the last [`prepare`](Self::prepare) and without a look at the residual, for a
+    /// caller who looks at it himself. `None` from a solver that has no factor of just that operator.
+    fn solve_unchecked(&mut self, b: &[f64], x: &mut [f64]) -> Option<Result<(), LinearError>> {
+        let _ = (b, x);
+        None
+    }
 
     /// Solves `A x = b` to `‖b − A x‖ ≤ tolerance ‖b‖`, with the factor or preconditioner of the last
     /// [`prepare`](Self::prepare); `tangent` may have moved on since (a stale factor is then a

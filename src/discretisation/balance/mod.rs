@@ -44,6 +44,7 @@ use rayon::prelude::*;
 use super::{DiscretisationError, Gradient, describe_particle};
 use crate::setup::{Body, Particles};
 use crate::tensor::Vector;
+pub(crate) use boundary::face_shares;
 pub(super) use cells::of_body as cells_of_body;
 use constraints::{Constraints, Side};
 use normal::NormalEquations;

@@ -34,8 +34,8 @@
 //! | the same for both signs | 2.23, 2.23, 2.23 | 2.23, 2.23 | 0.49, 0.45 |
 //!
 //! A strength that falls with the jump does not see the noise that a stiff pressure makes of small velocities; what tells
-//! noise from flow is not its size but its shape. The beam of CSM3 with τ_v = 1 (71 × 5): constant states take 200 % of the
-//! largest kinetic energy in one period, reconstructed ones 0.17 %, limited ones 0.01 %.
+//! noise from flow is not its size but its shape. The beam of CSM3 with τ_v = 1 (71 × 5): up to the first trough, constant states
+//! take 0.16 % of the largest kinetic energy, limited ones 0.01 %.
 //!
 //! # Terms
 //!

@@ -22,6 +22,7 @@ mod symmetric_part;
 mod triangular;
 
 pub(super) use jacobi::BlockInverses;
+pub(super) use symmetric_part::SymmetricPart;
 
 use super::choice::{Preconditioner, PreconditionerMatrix};
 use super::factor::FactoredMatrix;
@@ -52,7 +53,7 @@ pub(super) fn build(
         Preconditioner::Cholesky { order } => symmetric(Variant::Cholesky, order),
     };
     let inner = match matrix {
-        PreconditionerMatrix::SymmetricPart => Box::new(symmetric_part::SymmetricPart::new(inner)),
+        PreconditionerMatrix::SymmetricPart => Box::new(symmetric_part::OfSymmetricPart::new(inner)),
         _ => inner,
     };
     Box::new(FromEntries { inner, matrix, takes_diagonal: false })
@@ -63,7 +64,7 @@ fn jacobi_of(matrix: PreconditionerMatrix, pointwise: bool, definite: bool) -> F
     let inner =
         if pointwise { jacobi::BlockJacobi::pointwise(definite) } else { jacobi::BlockJacobi::blockwise(definite) };
     let inner: Box<dyn ApproximateInverse> = match matrix {
-        PreconditionerMatrix::SymmetricPart => Box::new(symmetric_part::SymmetricPart::new(Box::new(inner))),
+        PreconditionerMatrix::SymmetricPart => Box::new(symmetric_part::OfSymmetricPart::new(Box::new(inner))),
         _ => Box::new(inner),
     };
     FromEntries { inner, matrix, takes_diagonal: matrix == PreconditionerMatrix::Auto }

@@ -7,16 +7,22 @@ use super::super::iteration::{ApproximateInverse, is_known};
 use super::super::{LinearCounts, LinearError, Places, SparsePattern, Symmetry, Tangent};
 use super::unsuitable;
 
-/// A preconditioner for symmetric matrices, built from `½(A + Aᵀ)`.
-pub(super) struct SymmetricPart {
-    inner: Box<dyn ApproximateInverse>,
+/// Finds the symmetric part of one operator after another.
+#[derive(Debug, Default)]
+pub(in super::super) struct SymmetricPart {
     pattern: Option<Arc<SparsePattern>>,
     /// For every entry (i, j) the place of (j, i).
     twins: Vec<usize>,
 }
 
+/// A preconditioner for symmetric matrices, built from `½(A + Aᵀ)`.
+pub(super) struct OfSymmetricPart {
+    inner: Box<dyn ApproximateInverse>,
+    part: SymmetricPart,
+}
+
 /// `½(A + Aᵀ)`, as far as a factorisation asks.
-struct HalfSum<'a> {
+pub(in super::super) struct HalfSum<'a> {
     whole: &'a dyn Tangent,
     twins: &'a [usize],
 }
@@ -56,9 +62,18 @@ impl Tangent for HalfSum<'_> {
     }
 }
 
-impl SymmetricPart {
+impl OfSymmetricPart {
     pub(super) fn new(inner: Box<dyn ApproximateInverse>) -> Self {
-        Self { inner, pattern: None, twins: Vec::new() }
+        Self { inner, part: SymmetricPart::default() }
+    }
+}
+
+impl SymmetricPart {
+    /// `½(A + Aᵀ)`.
+    pub(in super::super) fn of<'a>(&'a mut self, tangent: &'a dyn Tangent) -> Result<HalfSum<'a>, LinearError> {
+        let pattern = tangent.pattern().ok_or_else(|| LinearError::NeedsEntries { solver: "symmetric part".into() })?;
+        self.find_twins(pattern)?;
+        Ok(HalfSum { whole: tangent, twins: &self.twins })
     }
 
     fn find_twins(&mut self, pattern: &Arc<SparsePattern>) -> Result<(), LinearError> {
@@ -81,7 +96,7 @@ impl SymmetricPart {
     }
 }
 
-impl ApproximateInverse for SymmetricPart {
+impl ApproximateInverse for OfSymmetricPart {
     fn name(&self) -> String {
         format!("{} of the symmetric part", self.inner.name())
     }
@@ -90,9 +105,7 @@ impl ApproximateInverse for SymmetricPart {
         if tangent.symmetry() != Symmetry::General {
             return self.inner.prepare(tangent, counts);
         }
-        let pattern = tangent.pattern().ok_or_else(|| LinearError::NeedsEntries { solver: self.name() })?;
-        self.find_twins(pattern)?;
-        self.inner.prepare(&HalfSum { whole: tangent, twins: &self.twins }, counts)
+        self.inner.prepare(&self.part.of(tangent)?, counts)
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {

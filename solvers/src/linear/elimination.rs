@@ -1,13 +1,20 @@
-//! Nested dissection: an order of elimination for symmetric factors, from where the unknowns are.
+//! The order in which a symmetric factorisation eliminates, from where the unknowns are.
 //!
-//! A set of points is cut across its longest extent near the middle; the points of one side that couple to the other
+//! *Nested dissection*: a set of points is cut across its longest extent near the middle; the points of one side that couple to the other
 //! are the *separator*, which is eliminated last, so that elimination on either side fills nothing on the other. The
 //! separator is as wide as the coupling reaches, whatever that is: it is found in the pattern. Both sides are
 //! treated alike, until they are so small that a separator would be most of them. On a lattice of n points this is
 //! optimal up to a constant, with O(n log n) entries in a plane and O(n^{4/3}) in space (A. George, *SIAM J. Numer.
 //! Anal.* 10 (1973) 345–363; J. R. Gilbert and R. E. Tarjan, *Numer. Math.* 50 (1987) 377–404).
 //!
+//! *Sweep*: from one end of the longest direction to the other. *Minimum degree*: P. R. Amestoy, T. A. Davis and I. S. Duff,
+//! *SIAM J. Matrix Anal. Appl.* 17 (1996) 886–905.
+//!
 //! Only points are ordered; the unknowns of a point follow each other.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::SymbolicSparseColMatRef;
+use faer::sparse::linalg::amd;
 
 use super::SparsePattern;
 
@@ -20,8 +27,10 @@ pub struct Places {
     pub coordinates: Vec<f64>,
 }
 
+/// Points up to which minimum degree is tried: beyond, it has never won, and takes longest.
+const LARGEST_MINIMUM_DEGREE: usize = 20_000;
 /// Sets of at most this many points are not cut.
-const LEAF: usize = 24;
+const LEAF: usize = 12;
 /// Nor are sets of which a separator would be this part or more.
 const LARGEST_SEPARATOR: f64 = 0.5;
 /// A cut may lie this far from the middle, as a part of the set, to fall into a gap between layers.
@@ -62,6 +71,54 @@ impl Graph {
     fn of(&self, point: u32) -> &[u32] {
         &self.neighbours[self.offsets[point as usize]..self.offsets[point as usize + 1]]
     }
+
+    /// Multiplications of a factorisation with one unknown per point: the sum of the squares of the lengths of its
+    /// columns, found by walking the elimination tree (Davis 2006, §4.3).
+    fn multiplications(&self, order: &[u32]) -> f64 {
+        const NONE: u32 = u32::MAX;
+        let mut rank = vec![NONE; self.offsets.len() - 1];
+        (0..).zip(order).for_each(|(k, &point)| rank[point as usize] = k);
+        let (mut parent, mut seen) = (vec![NONE; order.len()], vec![NONE; order.len()]);
+        let mut length = vec![1_u32; order.len()];
+        for (k, &point) in (0..).zip(order) {
+            seen[k as usize] = k;
+            for &other in self.of(point) {
+                let mut i = rank[other as usize];
+                // Points that are not in the order have no rank, and pass as later ones.
+                while i < k && seen[i as usize] != k {
+                    let at = i as usize;
+                    seen[at] = k;
+                    length[at] += 1;
+                    if parent[at] == NONE {
+                        parent[at] = k;
+                    }
+                    i = parent[at];
+                }
+            }
+        }
+        length.iter().map(|&length| f64::from(length).powi(2)).sum()
+    }
+
+    /// Minimum degree of the points of an order; `None` if faer refuses.
+    fn minimum_degree(&self, points: &[u32]) -> Option<Vec<u32>> {
+        let n = points.len();
+        let mut rank = vec![usize::MAX; self.offsets.len() - 1];
+        let mut sorted = points.to_vec();
+        sorted.sort_unstable();
+        sorted.iter().enumerate().for_each(|(k, &point)| rank[point as usize] = k);
+        let (mut offsets, mut rows) = (vec![0], Vec::with_capacity(self.neighbours.len()));
+        for &point in &sorted {
+            let start = rows.len();
+            rows.extend(self.of(point).iter().map(|&q| rank[q as usize]).filter(|&q| q != usize::MAX));
+            rows[start..].sort_unstable();
+            offsets.push(rows.len());
+        }
+        let matrix = SymbolicSparseColMatRef::new_checked(n, n, &offsets, None, &rows);
+        let (mut order, mut inverse) = (vec![0; n], vec![0; n]);
+        let mut memory = MemBuffer::try_new(amd::order_scratch::<usize>(n, rows.len())).ok()?;
+        amd::order(&mut order, &mut inverse, matrix, amd::Control::default(), MemStack::new(&mut memory)).ok()?;
+        Some(order.into_iter().map(|k| sorted[k]).collect())
+    }
 }
 
 /// The work of a dissection.
@@ -76,28 +133,30 @@ struct Dissection<'a> {
     order: Vec<u32>,
 }
 
-/// The order in which nested dissection eliminates the unknowns; entry `k` is the unknown that is eliminated as
-/// number `k`. `None` if the places do not fit the blocks.
-pub(super) fn nested_dissection(pattern: &SparsePattern, blocks: &[usize], places: &Places) -> Option<Vec<usize>> {
+/// An order with few multiplications; entry `k` is the unknown that is eliminated as number `k`. `None` if the places do
+/// not fit the blocks.
+///
+/// Nested dissection wins in space, and in planes from some ten thousand points; minimum degree up to there; a sweep in
+/// beams that are a few reaches wide. So all are tried on the graph of points, which is small beside that of unknowns, and
+/// their multiplications counted.
+pub(super) fn elimination_order(pattern: &SparsePattern, blocks: &[usize], places: &Places) -> Option<Vec<usize>> {
     let count = blocks.len().checked_sub(1)?;
     let dimension = places.dimension;
     if dimension == 0 || places.coordinates.len() != count * dimension || blocks.last() != Some(&pattern.size()) {
         return None;
     }
-    let graph = Graph::new(pattern, blocks);
-    let mut reach = vec![0.0_f64; dimension];
-    for a in 0..count {
-        for &b in graph.of(a as u32) {
-            for (axis, reach) in reach.iter_mut().enumerate() {
-                *reach = reach.max(places.at(b, axis) - places.at(a as u32, axis));
-            }
-        }
-    }
     let points: Vec<u32> = (0..count as u32).filter(|&b| blocks[b as usize] < blocks[b as usize + 1]).collect();
-    let order = Vec::with_capacity(points.len());
-    let mut work = Dissection { graph, places, reach, side: vec![0; count], mark: 0, order };
-    work.dissect(points);
-    Some(work.order.iter().flat_map(|&b| blocks[b as usize]..blocks[b as usize + 1]).collect())
+    let dissection = Dissection::new(Graph::new(pattern, blocks), places);
+    let sweep = dissection.sorted(points.clone()).0;
+    let small = points.len() <= LARGEST_MINIMUM_DEGREE;
+    let Dissection { graph, order, .. } = dissection.of(points);
+    let mut candidates = vec![order, sweep];
+    if small {
+        candidates.extend(graph.minimum_degree(&candidates[0]));
+    }
+    let counts = candidates.into_iter().map(|order| (graph.multiplications(&order), order));
+    let (_, order) = counts.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(order.iter().flat_map(|&b| blocks[b as usize]..blocks[b as usize + 1]).collect())
 }
 
 impl Places {
@@ -106,12 +165,36 @@ impl Places {
     }
 }
 
-impl Dissection<'_> {
-    /// Orders a set of points: one side, the other side, what lies between.
-    fn dissect(&mut self, mut points: Vec<u32>) {
+impl<'a> Dissection<'a> {
+    fn new(graph: Graph, places: &'a Places) -> Self {
+        let count = graph.offsets.len() - 1;
+        let mut reach = vec![0.0_f64; places.dimension];
+        for a in 0..count as u32 {
+            for &b in graph.of(a) {
+                for (axis, reach) in reach.iter_mut().enumerate() {
+                    *reach = reach.max(places.at(b, axis) - places.at(a, axis));
+                }
+            }
+        }
+        Self { graph, places, reach, side: vec![0; count], mark: 0, order: Vec::new() }
+    }
+
+    fn of(mut self, points: Vec<u32>) -> Self {
+        self.dissect(points);
+        self
+    }
+
+    /// Points in the order of the direction in which they extend most, with that direction and extent.
+    fn sorted(&self, mut points: Vec<u32>) -> (Vec<u32>, usize, f64) {
         let (axis, extent) = self.longest_axis(&points);
         let place = |point: u32| self.places.at(point, axis);
         points.sort_unstable_by(|&a, &b| place(a).total_cmp(&place(b)).then(a.cmp(&b)));
+        (points, axis, extent)
+    }
+
+    /// Orders a set of points: one side, the other side, what lies between.
+    fn dissect(&mut self, points: Vec<u32>) {
+        let (points, axis, extent) = self.sorted(points);
         // Coinciding points, and places that are no numbers, have no sides.
         if points.len() <= LEAF || extent.is_nan() || extent <= 0.0 {
             self.order.extend(points);
