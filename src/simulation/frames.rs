@@ -123,7 +123,7 @@ pub fn draw_particles<const D: usize>(
 ) -> Result<[PathBuf; 2], OutputError> {
     let positions = current_positions(model, state);
     // Of particles on a boundary with the part beyond it: they are as large as the others.
-    let volumes = current(&model.setup().particles.kernel_volumes, model.volume_ratios(state));
+    let volumes = current(&model.setup().particles.kernel_volumes, &model.volume_ratios(state));
     let (values, label) = if model.has_solids() {
         (model.cauchy_stresses(state).iter().map(von_mises).collect(), "von Mises stress [Pa]")
     } else {
