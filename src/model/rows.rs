@@ -183,12 +183,12 @@ impl<const D: usize> Model<D> {
         });
         for (local, entry) in near.row(a).enumerate() {
             let c = near.neighbour(entry);
-            let point = &frozen.particles[c];
+            let point = frozen.particles.get(c);
             let transposed = self.gradient.weights[near.twin(entry)];
             let weights = &self.gradient.weights[near.row(c)];
             let (inner, others) = rest.split_at(weights.len());
             rest = others;
-            let mut b = contracted(&point.stress_by_gradient, &(transposed * -row.scale[0]));
+            let mut b = contracted(&frozen.stress.at(c), &(transposed * -row.scale[0]));
             if let Some(viscous) = frozen.viscous.get(c) {
                 if mixed {
                     spread(&mut row.direct, inner, &contracted(viscous, &-transposed), weights);
@@ -200,7 +200,7 @@ impl<const D: usize> Model<D> {
                 }
             }
             let pair = row.pairs.get(local).copied().filter(|_| with_pairs);
-            if let Some(pair) = &pair {
+            if let (Some(pair), Some(point)) = (&pair, point) {
                 for (b, column) in b.iter_mut().zip(&point.speed_by_gradient.data.0) {
                     for (b, speed) in b.iter_mut().zip(column) {
                         (0..D).for_each(|i| b[i] += pair.force_by_speed[i] * speed * row.scale[0]);
@@ -208,9 +208,7 @@ impl<const D: usize> Model<D> {
                 }
             }
             spread(&mut row.through, inner, &b, weights);
-            if !mixed {
-                continue;
-            }
+            let Some(point) = point.filter(|_| mixed) else { continue };
             let slot = row.slot(c);
             let mut rate = Tensor::zeros();
             row.volume[slot].force -= point.stress_by_volume * transposed;

@@ -292,7 +292,7 @@ impl<const D: usize> NonlinearProblem for Model<D> {
         if self.constant_tangent().is_some()
             && self.linearisation.shift == self.stage.shift
             && self.linearisation.at_rest == self.stage.at_rest
-            && !self.linearisation.particles.is_empty()
+            && self.linearisation.taken
         {
             return Ok(());
         }

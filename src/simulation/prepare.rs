@@ -210,7 +210,8 @@ impl<const D: usize> Prepared<D> {
         let pairs = model.gradient().neighbourhood.pairs() as f64;
         let particles = model.particles();
         let implicit = self.stepper.scheme().is_implicit();
-        let entries = if implicit { model.pattern_entries() } else { 0 };
+        let assembled = implicit && !scene.linear.is_matrix_free();
+        let entries = if assembled { model.pattern_entries() } else { 0 };
         let tensor = (D * D * 8) as f64;
         let mut memory = pairs * (8.0 + 8.0 * D as f64) + particles as f64 * (5.0 * tensor + 200.0);
         if model.upwind().is_some() {
@@ -219,7 +220,11 @@ impl<const D: usize> Prepared<D> {
         if let Some(hourglass) = model.hourglass() {
             memory += hourglass.entries() as f64 * 8.0;
         }
-        if implicit {
+        if implicit && !assembled {
+            // Tangents of the stress, work space of the action, vectors of the iteration.
+            memory += particles as f64 * (tensor * tensor / 16.0 + 3.0 * tensor + 20.0 * D as f64 * 8.0);
+        }
+        if assembled {
             // Values and columns, held twice (assembled and factored copy), slots, and a factor whose
             // fill grows as n log n in 2D and n^(4/3) in 3D.
             let n = self.unknowns() as f64;
