@@ -147,7 +147,12 @@ fn main() -> Result<(), Box<dyn Error>> {
             Ok(costs)
         })?;
         for (before, now) in one.iter().zip(&outcome) {
-            println!("{threads} threads over 1, {} particles: rate {:.2}, step {:.2}", now.particles, before.rate / now.rate, before.step / now.step);
+            println!(
+                "{threads} threads over 1, {} particles: rate {:.2}, step {:.2}",
+                now.particles,
+                before.rate / now.rate,
+                before.step / now.step
+            );
         }
         one = outcome;
     }

@@ -88,6 +88,11 @@ impl Neighbourhood {
         self.twins[entry] as usize
     }
 
+    /// The entries `(b, a)` of the neighbours of a particle, in the order of its row.
+    pub fn twins_of(&self, a: usize) -> &[u32] {
+        &self.twins[self.row(a)]
+    }
+
     /// Entry of a particle with itself.
     pub fn own_entry(&self, a: usize) -> usize {
         self.offsets[a] + self.of(a).partition_point(|&c| (c as usize) < a)

@@ -15,6 +15,7 @@
 //! | file | purpose |
 //! |---|---|
 //! | `evaluation` | the two sweeps that give forces and rates |
+//! | `rate` | explicit rates of scenes without pair terms, block by block |
 //! | `hourglass` | the control's forces and entries |
 //! | `unknowns` | which numbers an implicit stage solves for |
 //! | `stage` | `u = ũ + s f(t, u)` as a nonlinear problem |
@@ -33,6 +34,7 @@ mod hourglass;
 mod jacobian;
 mod linearisation;
 mod loads;
+mod rate;
 mod slots;
 mod stage;
 mod unknowns;
@@ -129,7 +131,10 @@ pub struct Model<const D: usize> {
     loads: Loads<D>,
     terms: Terms,
     linear: bool,
+    /// Whether any law depends on the rate of strain.
+    viscous: bool,
     workspace: Workspace<D>,
+    rates: rate::RateSpace<D>,
     stage: Stage<D>,
     linearisation: Linearisation<D>,
     clocks: Clocks,
