@@ -24,6 +24,9 @@ pub struct Gradient<const D: usize> {
     transposed_runs: Runs<D>,
 }
 
+/// Particles whose weights one thread finds at a time.
+const CHUNK: usize = 2048;
+
 /// Particles that the block operations take at a time.
 pub const BLOCK: usize = 64;
 
@@ -54,13 +57,11 @@ impl<const D: usize> Gradient<D> {
                 smoothing_length: body.smoothing * body.spacing,
                 kernel_volumes,
             };
-            let rows: Vec<Vec<Vector<D>>> = body
-                .particles
-                .clone()
+            let parts: Vec<Vec<Vector<D>>> = chunks(&body.particles)
                 .into_par_iter()
-                .map(|a| correction.row(a, positions, &neighbourhood))
+                .map(|part| correction.rows(part, positions, &neighbourhood))
                 .collect::<Result<_, _>>()?;
-            weights.extend(rows.into_iter().flatten());
+            parts.iter().for_each(|part| weights.extend_from_slice(part));
         }
         let (runs, transposed_runs) = (Runs::default(), Runs::default());
         let mut gradient = Self { neighbourhood, weights, balance: Vec::new(), runs, transposed_runs };
@@ -223,6 +224,11 @@ impl<const D: usize> Gradient<D> {
         }
         sum
     }
+}
+
+/// Pieces of a range that one thread takes at a time.
+fn chunks(range: &std::ops::Range<usize>) -> Vec<std::ops::Range<usize>> {
+    range.clone().step_by(CHUNK).map(|start| start..(start + CHUNK).min(range.end)).collect()
 }
 
 /// `N · ∇W_b(X_a) = −W′(r) ≥ 0` of the plain kernel gradient, 1/m^(D+1), for a pair at distance `r`.

@@ -251,7 +251,8 @@ impl<const D: usize> First<'_, D> {
             let size = BLOCK.min(count - done);
             let block = start + done..start + done + size;
             let (head, tail) = split(columns, size * D);
-            let (own, others) = std::mem::take(&mut rates).split_at_mut(size.min(rates.len()));
+            let wanted = size.min(rates.len());
+            let (own, others) = std::mem::take(&mut rates).split_at_mut(wanted);
             self.model.rates.arch.dispatch(
                 #[inline(always)]
                 || self.block(block, head, own),
