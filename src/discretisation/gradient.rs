@@ -154,9 +154,9 @@ impl<const D: usize> Gradient<D> {
         for (&b, weight) in self.neighbourhood.of(a).iter().zip(&self.weights[row]) {
             let b = b as usize * D;
             let Some(value) = field.get(b..).and_then(|rest| rest.first_chunk::<D>()) else { continue };
-            for (sum, weight) in sums.iter_mut().zip(weight.iter()) {
-                for (sum, value) in sum.iter_mut().zip(value) {
-                    *sum += weight * value;
+            for d in 0..D {
+                for i in 0..D {
+                    sums[d][i] += weight[d] * value[i];
                 }
             }
         }
@@ -192,10 +192,10 @@ impl<const D: usize> Gradient<D> {
         for (&b, &twin) in self.neighbourhood.of(a).iter().zip(self.neighbourhood.twins_of(a)) {
             let weight = &self.weights[twin as usize];
             let b = b as usize * D;
-            for (column, weight) in columns.iter().zip(weight.iter()) {
-                let Some(value) = column.get(b..).and_then(|rest| rest.first_chunk::<D>()) else { continue };
-                for (sum, value) in sums.iter_mut().zip(value) {
-                    *sum += weight * value;
+            for d in 0..D {
+                let Some(value) = columns[d].get(b..).and_then(|rest| rest.first_chunk::<D>()) else { continue };
+                for i in 0..D {
+                    sums[i] += weight[d] * value[i];
                 }
             }
         }

@@ -163,7 +163,7 @@ fn runs_within(particles: Range<usize>, same: &impl Fn(usize, usize) -> bool) ->
 
 /// `out[d] += g_d · field` along a run, with `start` the first particle.
 #[inline(always)]
-pub fn gather<const D: usize>(stencil: &Stencil<D>, start: usize, field: &[f64], mut out: [&mut [f64]; D]) {
+pub fn gather<const D: usize>(stencil: &Stencil<D>, start: usize, field: &[f64], out: [&mut [f64]; D]) {
     let length = out[0].len();
     let mut at = 0;
     while at < length {
@@ -173,14 +173,14 @@ pub fn gather<const D: usize>(stencil: &Stencil<D>, start: usize, field: &[f64],
         for (offset, weights) in &stencil.entries {
             let first = (start * D + tile).wrapping_add_signed(*offset as isize * D as isize);
             let Some(values) = field.get(first..).and_then(|rest| rest.first_chunk::<TILE>()) else { return };
-            for (sums, weight) in sums.iter_mut().zip(weights) {
-                for (sum, value) in sums.iter_mut().zip(values) {
-                    *sum += weight * value;
+            for d in 0..D {
+                for lane in 0..TILE {
+                    sums[d][lane] += weights[d] * values[lane];
                 }
             }
         }
-        for (out, sums) in out.iter_mut().zip(&sums) {
-            out[tile..tile + TILE].copy_from_slice(sums);
+        for d in 0..D {
+            out[d][tile..tile + TILE].copy_from_slice(&sums[d]);
         }
         at = tile + TILE;
     }
@@ -196,10 +196,10 @@ pub fn spread<const D: usize>(stencil: &Stencil<D>, start: usize, fields: &[Vec<
         let mut sums = [0.0; TILE];
         for (offset, weights) in &stencil.entries {
             let first = (start * D + tile).wrapping_add_signed(*offset as isize * D as isize);
-            for (field, weight) in fields.iter().zip(weights) {
-                let Some(values) = field.get(first..).and_then(|rest| rest.first_chunk::<TILE>()) else { return };
-                for (sum, value) in sums.iter_mut().zip(values) {
-                    *sum += weight * value;
+            for d in 0..D {
+                let Some(values) = fields[d].get(first..).and_then(|rest| rest.first_chunk::<TILE>()) else { return };
+                for lane in 0..TILE {
+                    sums[lane] += weights[d] * values[lane];
                 }
             }
         }

@@ -44,6 +44,13 @@ impl<const D: usize> RateSpace<D> {
     }
 }
 
+impl<const D: usize> RateSpace<D> {
+    /// Components whose motion is prescribed, ascending.
+    pub fn prescribed(&self) -> &[u32] {
+        &self.prescribed
+    }
+}
+
 /// Which parts of a rate are wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Wanted {
@@ -178,32 +185,7 @@ impl<const D: usize> Model<D> {
         for (index, rates) in rates.chunks_mut(BLOCK * D).enumerate() {
             let first = start + index * BLOCK;
             let block = first..first + rates.len() / D;
-            self.rates.arch.dispatch(
-                #[inline(always)]
-                || {
-                    let mut forces = [[0.0; D]; BLOCK];
-                    self.gradient.transposed_of_block(block.clone(), columns, &mut forces);
-                    let masses = &self.masses[block.clone()];
-                    let mut finite = true;
-                    if self.loads.any() {
-                        for (force, a) in forces.iter_mut().zip(block.clone()) {
-                            let load = self.loads.on(a);
-                            for (force, load) in force.iter_mut().zip(load.iter()) {
-                                *force -= load;
-                            }
-                        }
-                    }
-                    for ((rate, force), mass) in rates.chunks_exact_mut(D).zip(&forces).zip(masses) {
-                        for (rate, force) in rate.iter_mut().zip(force) {
-                            *rate = -force / mass;
-                            finite &= rate.is_finite();
-                        }
-                    }
-                    if !finite {
-                        flag.raise(first);
-                    }
-                },
-            );
+            self.rates.arch.dispatch(SecondBlock { model: self, block, columns, rates, flag });
         }
         self.still(start * D, rates);
     }
@@ -215,6 +197,64 @@ impl<const D: usize> Model<D> {
         for &i in &prescribed[place(first)..place(first + rates.len())] {
             rates[i as usize - first] = 0.0;
         }
+    }
+}
+
+/// A block of the second sweep, compiled once for every set of vector instructions. (A closure would not do: what calls
+/// it is not inlined, and then knows no vector instructions.)
+struct SecondBlock<'a, const D: usize> {
+    model: &'a Model<D>,
+    block: Range<usize>,
+    columns: &'a [Vec<f64>; D],
+    rates: &'a mut [f64],
+    flag: &'a Flag,
+}
+
+impl<const D: usize> pulp::WithSimd for SecondBlock<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self { model, block, columns, rates, flag } = self;
+        let mut forces = [[0.0; D]; BLOCK];
+        model.gradient.transposed_of_block(block.clone(), columns, &mut forces);
+        if model.loads.any() {
+            for (force, a) in forces.iter_mut().zip(block.clone()) {
+                let load = model.loads.on(a);
+                for i in 0..D {
+                    force[i] -= load[i];
+                }
+            }
+        }
+        let masses = &model.masses[block.clone()];
+        let mut check = 0.0;
+        for ((rate, force), mass) in rates.chunks_exact_mut(D).zip(&forces).zip(masses) {
+            for i in 0..D {
+                rate[i] = -force[i] / mass;
+                // Zero, unless it is not finite.
+                check += rate[i] * 0.0;
+            }
+        }
+        if check != 0.0 {
+            flag.raise(block.start);
+        }
+    }
+}
+
+/// A block of the first sweep.
+struct FirstBlock<'a, 'b, const D: usize> {
+    sweep: &'b First<'a, D>,
+    block: Range<usize>,
+    columns: [&'b mut [f64]; D],
+    rates: &'b mut [f64],
+}
+
+impl<const D: usize> pulp::WithSimd for FirstBlock<'_, '_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        self.sweep.block(self.block, self.columns, self.rates);
     }
 }
 
@@ -253,10 +293,7 @@ impl<const D: usize> First<'_, D> {
             let (head, tail) = split(columns, size * D);
             let wanted = size.min(rates.len());
             let (own, others) = std::mem::take(&mut rates).split_at_mut(wanted);
-            self.model.rates.arch.dispatch(
-                #[inline(always)]
-                || self.block(block, head, own),
-            );
+            self.model.rates.arch.dispatch(FirstBlock { sweep: self, block, columns: head, rates: own });
             (columns, rates) = (tail, others);
             done += size;
         }

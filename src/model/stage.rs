@@ -65,20 +65,19 @@ impl<const D: usize> System for Model<D> {
 
     fn impose(&mut self, t: f64, state: &mut [f64]) {
         let n = self.particles();
-        for (a, constraints) in self.setup.constraints.iter().enumerate() {
-            for (i, constraint) in constraints.iter().enumerate() {
-                let (displacement, velocity) = match *constraint {
-                    Constraint::Free => continue,
-                    Constraint::Fixed => (self.setup.initial.displacement[a][i], 0.0),
-                    Constraint::Moving(motion) => {
-                        let at = coordinates(&self.setup.particles.positions[a]);
-                        let motion = &self.setup.motions[motion];
-                        (motion.value(at, t), motion.rate(at, t))
-                    }
-                };
-                state[a * D + i] = displacement;
-                state[(n + a) * D + i] = velocity;
-            }
+        for &entry in self.rates.prescribed() {
+            let (a, i) = (entry as usize / D, entry as usize % D);
+            let (displacement, velocity) = match self.setup.constraints[a][i] {
+                Constraint::Free => continue,
+                Constraint::Fixed => (self.setup.initial.displacement[a][i], 0.0),
+                Constraint::Moving(motion) => {
+                    let at = coordinates(&self.setup.particles.positions[a]);
+                    let motion = &self.setup.motions[motion];
+                    (motion.value(at, t), motion.rate(at, t))
+                }
+            };
+            state[a * D + i] = displacement;
+            state[(n + a) * D + i] = velocity;
         }
     }
 
