@@ -3,7 +3,20 @@
 //! `cargo bench --bench explicit [-- LARGEST]`. The yardstick is the bandwidth of a triad `a = b + s c` in the same
 //! process with the same number of threads, 24 bytes an entry. Bytes of a rate are those that no order of loops can
 //! avoid: every table read once, every field read or written once, what is gathered from neighbours counted once per
-//! particle. All figures are the smallest of several.
+//! particle. Rows that a lattice repeats are no bytes: only the others are counted. All figures are the smallest of
+//! several; shares of bandwidth mean something only while nothing else uses the memory.
+//!
+//! Measured so far (one core of an EPYC "Turin", AVX2, small sizes that stay in the cache, other builds running; ns per
+//! particle and rate at 10³ particles; before: the sweeps of `model::evaluation`, which store a `Point` each):
+//!
+//! | | neighbours | before, LTO off | row by row | repeated rows |
+//! |---|---|---|---|---|
+//! | 2D, linear law | 21 | 590 | 86 (perturbed lattice) | 44 |
+//! | 3D, linear law | 57 | 1540 | 250 | no run is long enough at 10³ |
+//!
+//! Tried and lost: closures given to `pulp::Arch::dispatch` (what calls them is not inlined, and the loops were scalar:
+//! five times slower); iterators instead of indices in the innermost loops. Quick builds (`lto = "off"`, many units) do
+//! not inline across units, and measure nothing: use the release profile as it is, or one codegen unit.
 #![allow(clippy::print_stdout, reason = "a bench reports on the terminal")]
 
 use std::error::Error;
@@ -73,11 +86,15 @@ enum Kind {
 }
 
 /// Bytes that a rate cannot avoid.
+///
+/// The rows of particles outside runs are taken as of mean length.
 fn compulsory<const D: usize>(model: &Model<D>) -> f64 {
     let rows = model.gradient().neighbourhood.len() as f64;
     // u, v, J in; stress out and in; volume and mass; rates of all three out.
     let fields = 8 * ((2 * D + 1) + 2 * D * D + 2 + (2 * D + 1));
-    rows * fields as f64 + model.gradient().neighbourhood.pairs() as f64 * (4 + 8 * D) as f64 + rows * 4.0
+    let [own, _] = model.gradient().in_runs();
+    let listed = 1.0 - own as f64 / rows;
+    rows * fields as f64 + listed * (model.gradient().neighbourhood.pairs() * (4 + 8 * D)) as f64 + listed * 4.0 * rows
 }
 
 /// What one size of one kind costs, per particle.
@@ -91,15 +108,15 @@ struct Cost {
 
 fn cost<const D: usize>(count: usize, kind: Kind) -> Result<Cost, Box<dyn Error>> {
     let scene = scene(D, count, kind)?;
-    let start = Instant::now();
     let mut prepared = prepare::<D>(&scene)?;
-    let setup = start.elapsed().as_secs_f64();
+    let mut failed = false;
+    let setup = smallest((200_000 / count).clamp(1, 10), || failed |= prepare::<D>(&scene).is_err());
     let (model, state) = (&mut prepared.model, &mut prepared.state);
     let mut rate = vec![0.0; state.values.len()];
     let repetitions = (4_000_000 / model.particles()).clamp(8, 200);
     model.rate(0.0, &state.values, &mut rate)?;
     let rate = smallest(repetitions, || model.rate(0.0, &state.values, &mut rate).unwrap_or_default());
-    let mut failed = prepared.stepper.advance(model, state, prepared.end).is_err();
+    failed |= prepared.stepper.advance(model, state, prepared.end).is_err();
     let step = smallest(repetitions, || failed |= prepared.stepper.advance(model, state, prepared.end).is_err());
     assert!(!failed);
     let bytes = compulsory(model);
