@@ -155,8 +155,9 @@ impl<const D: usize> Gradient<D> {
             let b = b as usize * D;
             let Some(value) = field.get(b..).and_then(|rest| rest.first_chunk::<D>()) else { continue };
             for d in 0..D {
+                let (sum, weight) = (&mut sums[d], weight[d]);
                 for i in 0..D {
-                    sums[d][i] += weight[d] * value[i];
+                    sum[i] += weight * value[i];
                 }
             }
         }

@@ -174,8 +174,9 @@ pub fn gather<const D: usize>(stencil: &Stencil<D>, start: usize, field: &[f64],
             let first = (start * D + tile).wrapping_add_signed(*offset as isize * D as isize);
             let Some(values) = field.get(first..).and_then(|rest| rest.first_chunk::<TILE>()) else { return };
             for d in 0..D {
+                let (sums, weight) = (&mut sums[d], weights[d]);
                 for lane in 0..TILE {
-                    sums[d][lane] += weights[d] * values[lane];
+                    sums[lane] += weight * values[lane];
                 }
             }
         }
