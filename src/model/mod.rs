@@ -17,6 +17,7 @@
 //! | file | purpose |
 //! |---|---|
 //! | `evaluation` | the two sweeps that give forces and rates |
+//! | `rate` | explicit rates of scenes without pair terms, block by block |
 //! | `hourglass` | the control's forces and entries |
 //! | `volume` | where the volume ratio comes from |
 //! | `unknowns` | which numbers an implicit stage solves for |
@@ -42,6 +43,7 @@ mod jacobian;
 mod linearisation;
 mod loads;
 mod projection;
+mod rate;
 mod rows;
 mod slots;
 mod stage;
@@ -147,7 +149,10 @@ pub struct Model<const D: usize> {
     loads: Loads<D>,
     terms: Terms,
     linear: bool,
+    /// Whether any law depends on the rate of strain.
+    viscous: bool,
     workspace: Workspace<D>,
+    rates: rate::RateSpace<D>,
     stage: Stage<D>,
     linearisation: Linearisation<D>,
     clocks: Clocks,
