@@ -35,6 +35,8 @@ use super::{LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverI
 
 /// A solver without a factor takes hardly fewer iterations than this to any useful accuracy.
 const FEW_ITERATIONS: f64 = 15.0;
+/// Iterations that the factor of the symmetric part takes where it is worth its name.
+const CORRECTIONS: f64 = 4.0;
 /// Memory above which no factor is tried, bytes.
 const LARGEST_FACTOR: f64 = 8e9;
 
@@ -117,6 +119,12 @@ impl Automatic {
                 (Path::Iterate, format!("a factor would take about {:.0} GB", 1e-9 * costs.bytes))
             }
             _ if self.options.direct => (Path::Factor, "an equilibrium is ill-conditioned".to_owned()),
+            (Some(costs), _)
+                if tangent.symmetry() == Symmetry::General
+                    && costs.general < costs.preparation + CORRECTIONS * (costs.action + costs.solve) =>
+            {
+                (Path::Lu, "LU costs less than correcting a symmetric factor".to_owned())
+            }
             (Some(costs), _) => {
                 let break_even = (costs.preparation + costs.solve) / costs.iteration;
                 if break_even <= FEW_ITERATIONS {
