@@ -4,7 +4,7 @@ use nicolson_solvers::nonlinear::NewtonSolver;
 use nicolson_solvers::time::{Retries, Scheme, StageSystem, StepFailure, Stepper, System, TimeState};
 
 use super::{RunError, amplification, choices, preload};
-use crate::model::{CheckPoint, Model, Problem, Ramp};
+use crate::model::{CheckPoint, Model, Ramp};
 use crate::scene::Scene;
 use crate::scene::settings::{self, StepChoice};
 use crate::setup::{Body, VolumeRatioChoice};
@@ -129,15 +129,6 @@ fn rough_pressure(body: &Body) -> Option<String> {
             body.name
         )
     })
-}
-
-/// The problem that a step of a scheme poses.
-pub fn problem(scheme: Scheme) -> Problem {
-    match scheme {
-        Scheme::EnergyMomentum => Problem::Conserving,
-        Scheme::Static => Problem::Equilibrium,
-        _ => Problem::Stage,
-    }
 }
 
 /// First step of a scene, s.
