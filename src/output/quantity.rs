@@ -42,7 +42,8 @@ impl Quantity {
         let known: &[&'static str] = match components {
             1 => &[],
             3 => &VECTOR,
-            _ => &TENSOR,
+            9 => &TENSOR,
+            _ => &VECTOR[..1],
         };
         let component = match component {
             Some(component) => match known.iter().find(|name| **name == component) {
@@ -72,14 +73,15 @@ impl Quantity {
             reason: format!("it has no field `{}`, as other frames of the run have", self.field),
         })?;
         let Some(component) = self.component else { return Ok(field.values) };
-        let tensor = field.components == 9;
+        let odd = |entries: &[f64]| entries.len() < 9;
         let index = |letter: char| "xyz".find(letter).unwrap_or(0);
+        // A frame may have another number of components than the one from which was chosen.
         let one = |entries: &[f64]| match component {
             "magnitude" => entries.iter().map(|entry| entry * entry).sum::<f64>().sqrt(),
+            "trace" | "von_mises" if odd(entries) => f64::NAN,
             "trace" => entries[0] + entries[4] + entries[8],
             "von_mises" => von_mises(entries),
-            name if tensor => entries[name.chars().fold(0, |at, letter| 3 * at + index(letter))],
-            name => entries[name.chars().next().map_or(0, index)],
+            name => entries.get(name.chars().fold(0, |at, letter| 3 * at + index(letter))).copied().unwrap_or(f64::NAN),
         };
         Ok(field.values.chunks_exact(field.components).map(one).collect())
     }

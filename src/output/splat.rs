@@ -99,8 +99,9 @@ impl Pixels {
 
 /// Pixels within `reach` of `middle`, of `count` there are.
 fn rows(middle: f64, reach: f64, count: usize) -> std::ops::Range<usize> {
-    let low = (middle - reach).ceil().clamp(0.0, count as f64);
-    let high = ((middle + reach).floor() + 1.0).clamp(low, count as f64);
+    // `max` and `min` take the other one of NaN, where `clamp` panics.
+    let low = (middle - reach).ceil().max(0.0).min(count as f64);
+    let high = ((middle + reach).floor() + 1.0).max(low).min(count as f64);
     low as usize..high as usize
 }
 

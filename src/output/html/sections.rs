@@ -16,13 +16,16 @@ const MOST_PROBES: usize = 12;
 const MOST_MARKERS: usize = 200;
 
 /// Parts of the wall-clock time, as keys of the report and in words.
-const CLOCKS: [(&str, &str); 6] = [
+const CLOCKS: [(&str, &str); 9] = [
     ("setup", "set-up"),
     ("rate", "rates and residuals"),
     ("assembly", "assembly"),
     ("factorisation", "factorisation, preconditioners"),
     ("solve", "linear solves"),
+    ("integration", "time integration"),
+    ("ledger", "energies"),
     ("output", "output"),
+    ("other", "anything else"),
 ];
 
 /// Title, outcome, warnings.
@@ -182,8 +185,8 @@ pub(super) fn wall_time(found: &Found) -> String {
         parts.extend(value.as_f64().filter(|_| !known(key)).map(|seconds| (words(key), seconds)));
     }
     let rest = total - parts.iter().map(|part| part.1).sum::<f64>();
-    if rest > 0.0 {
-        parts.push(("anything else".to_owned(), rest));
+    if rest > 1e-3 * total {
+        parts.push(("on no clock".to_owned(), rest));
     }
     let mut html = String::from("<table class=\"bars\">\n");
     for (name, seconds) in parts {
@@ -196,6 +199,10 @@ pub(super) fn wall_time(found: &Found) -> String {
         );
     }
     let _ = writeln!(html, "<tr><th>total</th><td>{} s</td><td></td><td></td></tr>\n</table>", readable(total, 4));
+    if let Some(hint) = found.entry(&["bottleneck", "hint"]).as_str().filter(|hint| !hint.is_empty()) {
+        let part = found.entry(&["bottleneck", "part"]).as_str().unwrap_or("one part");
+        let _ = writeln!(html, "<p class=\"note\">Most goes into {}: {}.</p>", escaped(part), escaped(hint));
+    }
     section("Wall-clock time", &html)
 }
 
