@@ -9,8 +9,8 @@
 //!
 //! Where in the ring of a the neighbours of c stand is a table, [`Slots`](super::slots::Slots), which particles of a
 //! lattice share. Tried and lost, per update of a 2 × 2 block: looking the place up in an array over all particles,
-//! 3.5 ns against 2.0; the upper half alone, of symmetric tangents, 2.6, because loops of changing length are mispredicted,
-//! so that half the updates take two thirds of the time, and the other half is still to be written.
+//! 3.5 ns against 2.0; the upper half alone, of symmetric tangents, 2.6, because loops of changing length are mispredicted:
+//! half the updates took about as long as all of them, and the other half was still to be written.
 
 use super::{Model, Unknowns};
 use crate::tensor::{Tensor, Tensor4, Vector, contract};

@@ -143,9 +143,9 @@ impl Tents {
         let lattice = &self.lattices[seat.part as usize];
         for corner in 0..1_usize << self.dimension {
             let (mut node, mut value) = ([0; 3], 1.0);
-            for i in 0..self.dimension {
+            for (i, node) in node.iter_mut().enumerate().take(self.dimension) {
                 let (upper, fraction) = (corner >> i & 1, f64::from(seat.fraction[i]));
-                node[i] = usize::from(seat.cell[i]) + upper;
+                *node = usize::from(seat.cell[i]) + upper;
                 value *= if upper == 1 { fraction } else { 1.0 - fraction };
             }
             if value != 0.0 {
