@@ -7,6 +7,12 @@
 //! - `symmetric`: without D_v, J from the determinant, by LDLᵀ;
 //! - `D_v`: as the scene is, by GMRES with the LDLᵀ factor of the symmetric part;
 //! - `its LU`: the same as the line before, by LU. `differs`: relative difference of its solution.
+//!
+//! Measured at 9576 particles (19 076 unknowns), processor time of a machine with twenty times as many programs as cores,
+//! rate = 1: residual 1.0 to 1.4, derivatives 0.2, entries 1.1 to 1.6 (D_v: 2.6; before rows were kept and slots shared:
+//! 4.0), factor 35, its solve 6 (D_v: 22 and 21; LU: 77 and 56). A Newton iteration is 1.08 times its factorisation and solve
+//! without D_v, 1.10 with it, and 2.4 and 1.4 times faster than by LU; the solutions differ by 7e-13 and, as far as GMRES was
+//! asked to go, 2e-9.
 #![allow(clippy::print_stdout, reason = "a bench reports on the terminal")]
 
 use std::path::Path;

@@ -23,6 +23,7 @@ fn stabilised(tau_v: f64, tau_p: f64, interface: InterfaceChoice) -> Option<Stab
         corrected_gradient: false,
         interface,
         stress_jump: false,
+        transverse_shear: false,
     })
 }
 

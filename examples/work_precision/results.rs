@@ -135,6 +135,7 @@ fn figure(rows: &[Row], label: &str, cost: impl Fn(&Solution) -> f64) -> PlotGri
             series: series.map(shown).collect(),
             log_x: true,
             log_y: true,
+            ..LinePlot::default()
         }
     };
     PlotGrid { columns: 2, plots: scenes(rows).into_iter().map(plot).collect() }

@@ -5,6 +5,7 @@ use nicolson_solvers::time::System;
 use super::evaluation::Workspace;
 use super::linearisation::Linearisation;
 use super::loads::Loads;
+use super::rate::RateSpace;
 use super::stage::Stage;
 use super::unknowns::{Numbering, Unknowns};
 use super::{Clocks, Model, Terms, volume};
@@ -113,6 +114,8 @@ impl<const D: usize> Model<D> {
             unknowns: Numbering::new(unknowns, &setup),
             loads,
             workspace: Workspace::new(count, upwind.is_some(), reconstructed, hourglass.is_some()),
+            viscous: materials.iter().any(|(law, _)| law.viscosity.is_some()),
+            rates: RateSpace::new(&setup),
             stage: Stage::default(),
             linearisation: Linearisation::default(),
             linear: false,

@@ -68,16 +68,20 @@ pub struct Point<const D: usize> {
 }
 
 impl<const D: usize> Point<D> {
-    const REST: fn() -> Self = || Self {
-        deformation: Tensor::identity(),
-        velocity_gradient: Tensor::zeros(),
-        cofactor: Tensor::identity(),
-        volume_ratio: 1.0,
-        rate: 0.0,
-        pressure: 0.0,
-        wave_speed: 0.0,
-        force: Vector::zeros(),
-    };
+    /// A particle at rest.
+    #[inline(always)]
+    pub fn rest() -> Self {
+        Self {
+            deformation: Tensor::identity(),
+            velocity_gradient: Tensor::zeros(),
+            cofactor: Tensor::identity(),
+            volume_ratio: 1.0,
+            rate: 0.0,
+            pressure: 0.0,
+            wave_speed: 0.0,
+            force: Vector::zeros(),
+        }
+    }
 }
 
 /// Results of the last evaluation.
@@ -98,9 +102,8 @@ pub struct Workspace<const D: usize> {
 impl<const D: usize> Workspace<D> {
     /// Space for `n` particles.
     pub fn new(n: usize, stabilised: bool, reconstructed: bool, controlled: bool) -> Self {
-        let rest = Point::<D>::REST;
         Self {
-            points: vec![rest(); n],
+            points: vec![Point::rest(); n],
             stress: vec![Tensor::zeros(); n],
             slopes: if reconstructed { vec![(Tensor::zeros(), Vector::zeros()); n] } else { Vec::new() },
             pairs: if stabilised { vec![(Vector::zeros(), 0.0); n] } else { Vec::new() },
@@ -188,7 +191,8 @@ impl<const D: usize> Model<D> {
 
     /// The law at one particle: cofactor, J, its rate by H:L, and pressure, from F and L. Returns the part of the
     /// stress that does not come from J.
-    fn constitutive(
+    #[inline]
+    pub(super) fn constitutive(
         &self,
         a: usize,
         volume_ratios: VolumeRatios<'_, D>,

@@ -35,13 +35,6 @@ impl<const D: usize> Model<D> {
         self.workspace.hourglass = forces;
     }
 
-    /// Gradients of a variation of displacements, which the pair forces need of all neighbours; empty without
-    /// the control.
-    pub(super) fn hourglass_gradients(&self, displacement: &[f64]) -> Vec<Tensor<D>> {
-        let count = if self.active_hourglass().is_some() { self.particles() } else { 0 };
-        (0..count).into_par_iter().with_min_len(GRAIN).map(|a| self.gradient.of(a, displacement)).collect()
-    }
-
     /// Adds the derivatives of the force on particle `a` to the blocks of its members, which follow one for others.
     pub(super) fn add_hourglass(&self, a: usize, members: &[u32], blocks: &mut [Tensor<D>], scale: f64) {
         if self.active_hourglass().is_none() {

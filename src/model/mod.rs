@@ -17,29 +17,37 @@
 //! | file | purpose |
 //! |---|---|
 //! | `evaluation` | the two sweeps that give forces and rates |
+//! | `rate` | explicit rates of scenes without pair terms, block by block |
 //! | `hourglass` | the control's forces and entries |
 //! | `volume` | where the volume ratio comes from |
 //! | `unknowns` | which numbers an implicit stage solves for |
 //! | `stage` | `u = ũ + s f(t, u)` as a nonlinear problem |
 //! | `conserving` | the discrete-gradient step that conserves energy |
-//! | `linearisation` | derivatives of every term, and the tangent's action |
+//! | `linearisation`, `stress_tangents` | derivatives of every term |
+//! | `action` | the tangent as an operator without entries |
+//! | `diagonal`, `projection` | material for preconditioners without entries |
 //! | `slots`, `rows`, `assembly` | the tangent's fixed pattern, one row of its blocks, and all its entries |
 //! | `symmetry` | which terms of the tangent are symmetric |
 //! | `balance` | energies, dissipation, momenta |
 //! | `jacobian` | public checks of all derivatives |
 
+mod action;
 mod assembly;
 mod balance;
 mod build;
 mod conserving;
+mod diagonal;
 mod evaluation;
 mod hourglass;
 mod jacobian;
 mod linearisation;
 mod loads;
+mod projection;
+mod rate;
 mod rows;
 mod slots;
 mod stage;
+mod stress_tangents;
 mod symmetry;
 mod unknowns;
 mod volume;
@@ -141,7 +149,10 @@ pub struct Model<const D: usize> {
     loads: Loads<D>,
     terms: Terms,
     linear: bool,
+    /// Whether any law depends on the rate of strain.
+    viscous: bool,
     workspace: Workspace<D>,
+    rates: rate::RateSpace<D>,
     stage: Stage<D>,
     linearisation: Linearisation<D>,
     clocks: Clocks,
@@ -242,7 +253,7 @@ impl<const D: usize> Model<D> {
 
     /// Forgets the derivatives of a point: linear equations would keep those of other terms.
     fn forget_linearisation(&mut self) {
-        self.linearisation.particles.clear();
+        self.linearisation.taken = false;
     }
 
     /// A particle in words.

@@ -9,8 +9,8 @@
 //!
 //! Where in the ring of a the neighbours of c stand is a table, [`Slots`](super::slots::Slots), which particles of a
 //! lattice share. Tried and lost, per update of a 2 × 2 block: looking the place up in an array over all particles,
-//! 3.5 ns against 2.0; the upper half alone, of symmetric tangents, 2.6, because loops of changing length are mispredicted,
-//! so that half the work saves a tenth of the time, and the other half is still to be written.
+//! 3.5 ns against 2.0; the upper half alone, of symmetric tangents, 2.6, because loops of changing length are mispredicted:
+//! half the updates took about as long as all of them, and the other half was still to be written.
 
 use super::{Model, Unknowns};
 use crate::tensor::{Tensor, Tensor4, Vector, contract};
@@ -183,12 +183,12 @@ impl<const D: usize> Model<D> {
         });
         for (local, entry) in near.row(a).enumerate() {
             let c = near.neighbour(entry);
-            let point = &frozen.particles[c];
+            let point = frozen.particles.get(c);
             let transposed = self.gradient.weights[near.twin(entry)];
             let weights = &self.gradient.weights[near.row(c)];
             let (inner, others) = rest.split_at(weights.len());
             rest = others;
-            let mut b = contracted(&point.stress_by_gradient, &(transposed * -row.scale[0]));
+            let mut b = contracted(&frozen.stress.at(c), &(transposed * -row.scale[0]));
             if let Some(viscous) = frozen.viscous.get(c) {
                 if mixed {
                     spread(&mut row.direct, inner, &contracted(viscous, &-transposed), weights);
@@ -200,7 +200,7 @@ impl<const D: usize> Model<D> {
                 }
             }
             let pair = row.pairs.get(local).copied().filter(|_| with_pairs);
-            if let Some(pair) = &pair {
+            if let (Some(pair), Some(point)) = (&pair, point) {
                 for (b, column) in b.iter_mut().zip(&point.speed_by_gradient.data.0) {
                     for (b, speed) in b.iter_mut().zip(column) {
                         (0..D).for_each(|i| b[i] += pair.force_by_speed[i] * speed * row.scale[0]);
@@ -208,9 +208,7 @@ impl<const D: usize> Model<D> {
                 }
             }
             spread(&mut row.through, inner, &b, weights);
-            if !mixed {
-                continue;
-            }
+            let Some(point) = point.filter(|_| mixed) else { continue };
             let slot = row.slot(c);
             let mut rate = Tensor::zeros();
             row.volume[slot].force -= point.stress_by_volume * transposed;

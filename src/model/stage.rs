@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use nicolson_solvers::linear::Tangent;
 use nicolson_solvers::nonlinear::NonlinearProblem;
-use nicolson_solvers::time::{ConservingSystem, EquilibriumSystem, StageSystem, System};
+use nicolson_solvers::time::{ConservingSystem, EquilibriumSystem, RatePart, StageSystem, System};
 use nicolson_solvers::{EvaluationError, vector};
 
 use super::conserving::StepStart;
@@ -46,20 +46,16 @@ impl<const D: usize> System for Model<D> {
 
     fn rate(&mut self, t: f64, state: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
         let start = Instant::now();
-        self.stage.evaluated.clear();
-        let n = self.particles();
-        let (displacement, rest) = state.split_at(n * D);
-        let (velocity, ratios) = rest.split_at(n * D);
-        let outcome = self.evaluate(t, displacement, velocity, VolumeRatios::Given(ratios));
-        if outcome.is_ok() {
-            self.write_rate(velocity, out);
-        }
+        let outcome = self.all_rates(t, state, out);
         Clocks::add(&self.clocks.rate, start);
-        outcome?;
-        match vector::first_not_finite(out) {
-            None => Ok(()),
-            Some(i) => Err(self.located(EvaluationError::not_finite("rate", self.particle_of_entry(i), out[i]))),
-        }
+        outcome
+    }
+
+    fn rate_part(&mut self, part: RatePart, t: f64, state: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
+        let start = Instant::now();
+        let outcome = self.some_rates(part, t, state, out);
+        Clocks::add(&self.clocks.rate, start);
+        outcome
     }
 
     fn velocities(&self) -> Option<std::ops::Range<usize>> {
@@ -69,20 +65,19 @@ impl<const D: usize> System for Model<D> {
 
     fn impose(&mut self, t: f64, state: &mut [f64]) {
         let n = self.particles();
-        for (a, constraints) in self.setup.constraints.iter().enumerate() {
-            for (i, constraint) in constraints.iter().enumerate() {
-                let (displacement, velocity) = match *constraint {
-                    Constraint::Free => continue,
-                    Constraint::Fixed => (self.setup.initial.displacement[a][i], 0.0),
-                    Constraint::Moving(motion) => {
-                        let at = coordinates(&self.setup.particles.positions[a]);
-                        let motion = &self.setup.motions[motion];
-                        (motion.value(at, t), motion.rate(at, t))
-                    }
-                };
-                state[a * D + i] = displacement;
-                state[(n + a) * D + i] = velocity;
-            }
+        for &entry in self.rates.prescribed() {
+            let (a, i) = (entry as usize / D, entry as usize % D);
+            let (displacement, velocity) = match self.setup.constraints[a][i] {
+                Constraint::Free => continue,
+                Constraint::Fixed => (self.setup.initial.displacement[a][i], 0.0),
+                Constraint::Moving(motion) => {
+                    let at = coordinates(&self.setup.particles.positions[a]);
+                    let motion = &self.setup.motions[motion];
+                    (motion.value(at, t), motion.rate(at, t))
+                }
+            };
+            state[a * D + i] = displacement;
+            state[(n + a) * D + i] = velocity;
         }
     }
 
@@ -117,19 +112,6 @@ impl<const D: usize> System for Model<D> {
 }
 
 impl<const D: usize> Model<D> {
-    /// Writes `[v | f/m | J̇]` of the workspace.
-    fn write_rate(&self, velocity: &[f64], out: &mut [f64]) {
-        let n = self.particles();
-        out[..n * D].copy_from_slice(velocity);
-        for (a, point) in self.workspace.points.iter().enumerate() {
-            for i in 0..D {
-                let free = self.setup.constraints[a][i] == Constraint::Free;
-                out[(n + a) * D + i] = if free { point.force[i] / self.masses[a] } else { 0.0 };
-            }
-            out[2 * n * D + a] = point.rate;
-        }
-    }
-
     /// The particle of an entry of the state.
     pub fn particle_of_entry(&self, entry: usize) -> usize {
         let n = self.particles();
@@ -292,7 +274,7 @@ impl<const D: usize> NonlinearProblem for Model<D> {
         if self.constant_tangent().is_some()
             && self.linearisation.shift == self.stage.shift
             && self.linearisation.at_rest == self.stage.at_rest
-            && !self.linearisation.particles.is_empty()
+            && self.linearisation.taken
         {
             return Ok(());
         }

@@ -63,8 +63,9 @@ impl<const D: usize> Model<D> {
     pub fn declared_terms(&self, problem: Problem) -> Vec<Declared> {
         let resting = problem == Problem::Equilibrium;
         let conserving = problem == Problem::Conserving;
-        // In three dimensions the conserving stress is not linear even where the equations are.
-        let linear = self.linear && self.structurally_linear() && !(conserving && D == 3);
+        // In three dimensions the conserving stress of J is not linear even where the equations are.
+        let curved = conserving && D == 3 && self.materials.iter().any(|(law, _)| law.evolves_volume());
+        let linear = self.linear && self.structurally_linear() && !curved;
         let hessian = match (linear, conserving) {
             (true, _) => Symmetry::PositiveDefinite,
             (false, true) => Symmetry::General,

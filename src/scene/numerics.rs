@@ -96,6 +96,12 @@ fn unknowns(document: &Document, conserving: bool, findings: &mut Findings<'_>) 
 pub(super) fn linear(document: &Document, findings: &mut Findings<'_>) -> LinearSettings {
     let text = &document.linear;
     let mut settings = LinearSettings { solver: text.solver.unwrap_or_default(), ..LinearSettings::default() };
+    if let Some(operator) = &text.operator {
+        settings.operator = *operator.get_ref();
+        if settings.solver.is_direct() {
+            findings.warning(operator.span(), "a direct solver always takes entries");
+        }
+    }
     if let Some(preconditioner) = &text.preconditioner {
         settings.preconditioner = *preconditioner.get_ref();
         if settings.solver.is_direct() {

@@ -1,7 +1,8 @@
 //! Names in a scene ↔ choices of the solvers.
 
 use nicolson_solvers::linear::{
-    AutomaticOptions, EliminationOrder, KrylovOptions, LinearSolverChoice, Preconditioner, PreconditionerMatrix,
+    AutomaticOptions, EliminationOrder, KrylovOptions, LinearSolverChoice, MultigridOptions, Operator, Preconditioner,
+    PreconditionerMatrix,
 };
 use nicolson_solvers::nonlinear::{Forcing, Globalisation, NewtonOptions, TangentPolicy};
 use nicolson_solvers::time::{Adaptive, Effort, RkcOptions, RkcStages, Scheme, StepControl};
@@ -128,6 +129,7 @@ pub fn linear(scene: &Scene, at_rest: bool) -> Result<LinearSolverChoice, RunErr
             settings::PreconditionerChoice::None => Preconditioner::None,
             settings::PreconditionerChoice::Jacobi => Preconditioner::Jacobi,
             settings::PreconditionerChoice::BlockJacobi => Preconditioner::BlockJacobi,
+            settings::PreconditionerChoice::Multigrid => Preconditioner::Multigrid(MultigridOptions::default()),
             settings::PreconditionerChoice::Ilu0 | settings::PreconditionerChoice::OneRing => Preconditioner::Ilu0,
             settings::PreconditionerChoice::Ilut => Preconditioner::ilut(),
             settings::PreconditionerChoice::SymmetricPart => {
@@ -138,6 +140,11 @@ pub fn linear(scene: &Scene, at_rest: bool) -> Result<LinearSolverChoice, RunErr
             settings::PreconditionerChoice::OneRing => PreconditionerMatrix::Sparser,
             settings::PreconditionerChoice::SymmetricPart => PreconditionerMatrix::SymmetricPart,
             _ => PreconditionerMatrix::Auto,
+        },
+        operator: match linear.operator {
+            settings::OperatorChoice::Auto => Operator::Auto,
+            settings::OperatorChoice::Assembled => Operator::Assembled,
+            settings::OperatorChoice::MatrixFree => Operator::MatrixFree,
         },
         max_iterations: linear.max_iterations,
         ..KrylovOptions::default()
@@ -155,6 +162,7 @@ pub fn linear(scene: &Scene, at_rest: bool) -> Result<LinearSolverChoice, RunErr
         settings::SolverChoice::Gmres => LinearSolverChoice::Gmres { restart: linear.restart, krylov },
         settings::SolverChoice::Bicgstab => LinearSolverChoice::BiCgStab { krylov },
         settings::SolverChoice::Cg => LinearSolverChoice::Cg { krylov },
+        settings::SolverChoice::Minres => LinearSolverChoice::Minres { krylov },
     };
     choice.validate().map_err(|error| RunError::Choice(format!("[linear]: {error}")))?;
     Ok(choice)

@@ -4,7 +4,7 @@ use nicolson_solvers::nonlinear::NewtonSolver;
 use nicolson_solvers::time::{Retries, Scheme, StageSystem, StepFailure, Stepper, System, TimeState};
 
 use super::{RunError, amplification, choices, preload};
-use crate::model::{CheckPoint, Model, Problem, Ramp};
+use crate::model::{CheckPoint, Model, Ramp};
 use crate::scene::Scene;
 use crate::scene::settings::{self, StepChoice};
 use crate::setup::{Body, VolumeRatioChoice};
@@ -131,15 +131,6 @@ fn rough_pressure(body: &Body) -> Option<String> {
     })
 }
 
-/// The problem that a step of a scheme poses.
-pub fn problem(scheme: Scheme) -> Problem {
-    match scheme {
-        Scheme::EnergyMomentum => Problem::Conserving,
-        Scheme::Static => Problem::Equilibrium,
-        _ => Problem::Stage,
-    }
-}
-
 /// First step of a scene, s.
 fn first_step(time: &settings::TimeSettings, limit: f64) -> f64 {
     match time.step {
@@ -210,7 +201,8 @@ impl<const D: usize> Prepared<D> {
         let pairs = model.gradient().neighbourhood.pairs() as f64;
         let particles = model.particles();
         let implicit = self.stepper.scheme().is_implicit();
-        let entries = if implicit { model.pattern_entries() } else { 0 };
+        let assembled = implicit && !scene.linear.is_matrix_free();
+        let entries = if assembled { model.pattern_entries() } else { 0 };
         let tensor = (D * D * 8) as f64;
         let mut memory = pairs * (8.0 + 8.0 * D as f64) + particles as f64 * (5.0 * tensor + 200.0);
         if model.upwind().is_some() {
@@ -219,7 +211,11 @@ impl<const D: usize> Prepared<D> {
         if let Some(hourglass) = model.hourglass() {
             memory += hourglass.entries() as f64 * 8.0;
         }
-        if implicit {
+        if implicit && !assembled {
+            // Tangents of the stress, work space of the action, vectors of the iteration.
+            memory += particles as f64 * (tensor * tensor / 16.0 + 3.0 * tensor + 20.0 * D as f64 * 8.0);
+        }
+        if assembled {
             // Values and columns, held twice (assembled and factored copy), slots, and a factor whose
             // fill grows as n log n in 2D and n^(4/3) in 3D.
             let n = self.unknowns() as f64;

@@ -80,11 +80,11 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::discretisation::Neighbourhood;
+use crate::discretisation::{Gradient, Neighbourhood};
 use crate::kernel;
 use crate::material::Material;
 use crate::setup::{Body, Particles};
-use crate::tensor::{Tensor, Vector, outer};
+use crate::tensor::{Tensor, Vector, outer, vector_at};
 
 /// Coefficient α for laws with shear and balanced weights, with `c = 2μ`; see the head of the module.
 pub const DEFAULT_HOURGLASS: f64 = 3.0;
@@ -248,6 +248,60 @@ impl<const D: usize> Hourglass<D> {
             sum -= (mean * separation - jump::<D>(displacement, a, b)) * k;
         }
         sum
+    }
+
+    /// Gradient of displacements at a particle, and its `T`, in one pass over the neighbours.
+    #[inline]
+    pub fn gradient_and_stress(
+        &self,
+        a: usize,
+        gradient: &Gradient<D>,
+        displacement: &[f64],
+    ) -> (Tensor<D>, Tensor<D>) {
+        let near = &gradient.neighbourhood;
+        let stiffness = self.stiffness_of(a, near);
+        if stiffness.is_empty() {
+            return (gradient.of(a, displacement), Tensor::zeros());
+        }
+        let (here, own) = (self.positions[a], vector_at::<D>(displacement, a));
+        let row = near.row(a);
+        let (mut out, mut jumps, mut spread) = (Tensor::zeros(), Tensor::zeros(), Tensor::zeros());
+        for ((&b, weight), k) in near.of(a).iter().zip(&gradient.weights[row]).zip(stiffness) {
+            let there = vector_at::<D>(displacement, b as usize);
+            let separation = self.positions[b as usize] - here;
+            let scaled = separation * (0.5 * k);
+            out += outer(&there, weight);
+            jumps += outer(&(there - own), &scaled);
+            spread += outer(&separation, &scaled);
+        }
+        (out, out * spread - jumps)
+    }
+
+    /// Force on a particle by stresses times volume, T included, and by its pairs, in one pass over the neighbours.
+    #[inline]
+    pub fn variation(
+        &self,
+        a: usize,
+        gradient: &Gradient<D>,
+        displacement: &[f64],
+        stress: &[Tensor<D>],
+        gradients: &[Tensor<D>],
+    ) -> Vector<D> {
+        let near = &gradient.neighbourhood;
+        let stiffness = self.stiffness_of(a, near);
+        if stiffness.is_empty() {
+            return -gradient.transposed_of(a, stress);
+        }
+        let (here, own, mean) = (self.positions[a], vector_at::<D>(displacement, a), gradients[a]);
+        let (mut sum, mut around) = (Vector::zeros(), Vector::zeros());
+        for (entry, &k) in near.row(a).zip(stiffness) {
+            let b = near.neighbour(entry);
+            let scaled = (self.positions[b] - here) * (0.5 * k);
+            around += scaled;
+            sum += (vector_at::<D>(displacement, b) - own) * k;
+            sum -= gradients[b] * scaled + stress[b] * gradient.weights[near.twin(entry)];
+        }
+        sum - mean * around
     }
 
     /// The particle's part of Π, J.

@@ -21,29 +21,24 @@
 //! Costs are counted, not timed (see [`Effort`](super::Effort)): choices are the same on every machine and for any number
 //! of threads. They do depend on the history of the solver.
 
-use std::time::{Duration, Instant};
+mod paths;
 
-use super::cg::Cg;
-use super::choice::{AutomaticOptions, KrylovOptions, Operator, Preconditioner, PreconditionerMatrix};
+use std::time::Duration;
+
+use super::choice::AutomaticOptions;
 use super::direct::Direct;
 use super::effort::{Costs, effort_of, estimated_factor};
-use super::gmres::Gmres;
-use super::krylov::{Krylov, Method};
+use super::krylov::Krylov;
 use super::ldlt::{EliminationOrder, SymmetricFactors, Variant};
-use super::lu::LuFactors;
 use super::precondition::SymmetricPart;
 use super::{LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, Symmetry, Tangent};
 
 /// A solver without a factor takes hardly fewer iterations than this to any useful accuracy.
 const FEW_ITERATIONS: f64 = 15.0;
+/// Iterations that the factor of the symmetric part takes where it is worth its name.
+const CORRECTIONS: f64 = 4.0;
 /// Memory above which no factor is tried, bytes.
 const LARGEST_FACTOR: f64 = 8e9;
-/// Preparations, at most, between two tries to keep a factor.
-const LONGEST_PAUSE: usize = 64;
-/// Iterations of a solve with a factor, at most.
-const MOST_CORRECTIONS: usize = 90;
-/// GMRES needs about this part of the iterations that the contraction of refinement promises.
-const ACCELERATION: f64 = 0.5;
 
 /// How the present operator is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -124,6 +119,12 @@ impl Automatic {
                 (Path::Iterate, format!("a factor would take about {:.0} GB", 1e-9 * costs.bytes))
             }
             _ if self.options.direct => (Path::Factor, "an equilibrium is ill-conditioned".to_owned()),
+            (Some(costs), _)
+                if tangent.symmetry() == Symmetry::General
+                    && costs.general < costs.preparation + CORRECTIONS * (costs.action + costs.solve) =>
+            {
+                (Path::Lu, "LU costs less than correcting a symmetric factor".to_owned())
+            }
             (Some(costs), _) => {
                 let break_even = (costs.preparation + costs.solve) / costs.iteration;
                 if break_even <= FEW_ITERATIONS {
@@ -135,184 +136,6 @@ impl Automatic {
             (None, Some(_)) => (Path::Factor, "the size of a factor cannot be foretold".to_owned()),
         };
         (self.path, self.reason) = (path, reason);
-    }
-
-    /// Takes another path, from now on.
-    fn turn_to(&mut self, path: Path, reason: String) {
-        (self.path, self.reason) = (path, reason);
-    }
-
-    /// Factors the operator, or its symmetric part.
-    fn factor(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
-        self.has_factor = false;
-        if tangent.symmetry() == Symmetry::General {
-            let part = self.symmetric_part.of(tangent)?;
-            self.factor.prepare(&part)?;
-        } else {
-            self.factor.prepare(tangent)?;
-        }
-        if let (Some(effort), Some(size)) = (effort_of(tangent), self.factor.size_of_factor()) {
-            self.costs = Some(Costs::new(&effort, &size, tangent.size()));
-        }
-        (self.has_factor, self.stale, self.worn) = (true, false, false);
-        Ok(())
-    }
-
-    /// Factors by LDLᵀ, or by LU where that cannot be.
-    fn factor_somehow(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
-        let general = tangent.symmetry() == Symmetry::General;
-        match self.factor(tangent) {
-            Err(error) if general => {
-                self.turn_to(Path::Lu, format!("LDLᵀ of the symmetric part failed ({error})"));
-                self.factor_generally(tangent)
-            }
-            outcome => outcome,
-        }
-    }
-
-    /// Factors in the course of a solve.
-    fn factor_late(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
-        let clock = Instant::now();
-        let outcome = self.factor_somehow(tangent);
-        self.late += clock.elapsed();
-        outcome
-    }
-
-    fn factor_generally(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
-        self.lu.get_or_insert_with(|| Direct::new(Box::new(LuFactors::new()))).prepare(tangent)
-    }
-
-    fn krylov(&mut self, symmetric: bool) -> &mut Krylov {
-        let AutomaticOptions { restart, max_iterations, .. } = self.options;
-        self.krylov.get_or_insert_with(|| {
-            let options = KrylovOptions {
-                preconditioner: Preconditioner::BlockJacobi,
-                preconditioner_matrix: PreconditionerMatrix::Sparser,
-                operator: Operator::MatrixFree,
-                max_iterations,
-                tolerance: None,
-            };
-            let method = if symmetric {
-                Method::Cg(Cg::default())
-            } else {
-                Method::Gmres { restart, work: Gmres::new(restart) }
-            };
-            Krylov::new(method, options)
-        })
-    }
-
-    /// Iterations that cost as much as the alternative.
-    fn corrections_worth(&self, alternative: impl Fn(&Costs) -> f64) -> usize {
-        let Some(costs) = &self.costs else { return MOST_CORRECTIONS };
-        ((alternative(costs) / (costs.action + costs.solve)) as usize).clamp(1, MOST_CORRECTIONS)
-    }
-
-    fn solve_with_kept(
-        &mut self,
-        tangent: &dyn Tangent,
-        b: &[f64],
-        x: &mut [f64],
-        tolerance: f64,
-    ) -> Option<LinearReport> {
-        // Half the price: the counts are not that exact, and a newer factor is worth something.
-        let most = self.corrections_worth(|costs| 0.5 * costs.preparation);
-        let report = self.factor.solve_within(tangent, b, x, tolerance, most, Some(ACCELERATION)).ok();
-        match report {
-            Some(report) => {
-                self.last_pause = 0;
-                self.worn = report.iterations >= most;
-            }
-            None => {
-                self.last_pause = (2 * self.last_pause).clamp(1, LONGEST_PAUSE);
-                self.pause = self.last_pause;
-            }
-        }
-        report
-    }
-
-    fn solve_by_factor(
-        &mut self,
-        tangent: &dyn Tangent,
-        b: &[f64],
-        x: &mut [f64],
-        tolerance: f64,
-    ) -> Result<LinearReport, LinearError> {
-        if !self.has_factor {
-            return Err(LinearError::NotPrepared);
-        }
-        if self.stale {
-            if let Some(report) = self.solve_with_kept(tangent, b, x, tolerance) {
-                return Ok(report);
-            }
-            self.factor_late(tangent)?;
-            if self.path == Path::Lu {
-                return self.solve_generally(tangent, b, x, tolerance);
-            }
-        }
-        if tangent.symmetry() != Symmetry::General {
-            return self.factor.solve(tangent, b, x, tolerance);
-        }
-        let most = self.corrections_worth(|costs| costs.general);
-        match self.factor.solve_within(tangent, b, x, tolerance, most, None) {
-            Err(error @ (LinearError::RightHandSideNotFinite { .. } | LinearError::WrongLength { .. })) => Err(error),
-            Err(error) => {
-                self.turn_to(Path::Lu, format!("LDLᵀ of the symmetric part did not contract ({error})"));
-                let clock = Instant::now();
-                self.factor_generally(tangent)?;
-                self.late += clock.elapsed();
-                self.solve_generally(tangent, b, x, tolerance)
-            }
-            outcome => outcome,
-        }
-    }
-
-    fn solve_generally(
-        &mut self,
-        tangent: &dyn Tangent,
-        b: &[f64],
-        x: &mut [f64],
-        tolerance: f64,
-    ) -> Result<LinearReport, LinearError> {
-        self.lu.as_mut().ok_or(LinearError::NotPrepared)?.solve(tangent, b, x, tolerance)
-    }
-
-    fn solve_by_iterating(
-        &mut self,
-        tangent: &dyn Tangent,
-        b: &[f64],
-        x: &mut [f64],
-        tolerance: f64,
-    ) -> Result<LinearReport, LinearError> {
-        let symmetric = tangent.symmetry() != Symmetry::General;
-        // Where no factor is possible, iterating has no price.
-        let costs = self.costs.filter(|costs| costs.bytes <= LARGEST_FACTOR);
-        let most = costs.map_or(self.options.max_iterations, |costs| {
-            let left = (costs.preparation + costs.solve - self.excess).max(0.0);
-            ((left / costs.iteration) as usize).clamp(1, self.options.max_iterations)
-        });
-        let krylov = self.krylov(symmetric);
-        krylov.limit(most);
-        let error = match krylov.solve(tangent, b, x, tolerance) {
-            Ok(report) => {
-                if let Some(costs) = costs {
-                    self.excess += (report.iterations as f64 * costs.iteration - costs.solve).max(0.0);
-                }
-                return Ok(report);
-            }
-            Err(error @ (LinearError::RightHandSideNotFinite { .. } | LinearError::WrongLength { .. })) => {
-                return Err(error);
-            }
-            Err(error) => error,
-        };
-        if effort_of(tangent).is_none() || self.costs.is_some_and(|costs| costs.bytes > LARGEST_FACTOR) {
-            return Err(error);
-        }
-        self.turn_to(Path::Factor, format!("iterating to {tolerance:.0e} cost more than a factor ({error})"));
-        self.factor_late(tangent)?;
-        match self.path {
-            Path::Lu => self.solve_generally(tangent, b, x, tolerance),
-            _ => self.solve_by_factor(tangent, b, x, tolerance),
-        }
     }
 
     fn parts(&self) -> impl Iterator<Item = LinearCounts> + '_ {

@@ -5,6 +5,8 @@ use super::bicgstab::BiCgStab;
 use super::cg::Cg;
 use super::gmres::Gmres;
 use super::krylov::{Krylov, Method};
+use super::minres::Minres;
+use super::multigrid::MultigridOptions;
 use super::{EliminationOrder, LinearSolver, SparseCholesky, SparseLdlt, SparseLu};
 
 /// Which linear solver to use, and with what settings.
@@ -45,6 +47,11 @@ pub enum LinearSolverChoice {
     },
     /// Conjugate gradients: symmetric positive definite operators.
     Cg {
+        /// Settings of the iteration.
+        krylov: KrylovOptions,
+    },
+    /// MINRES: symmetric operators, definite or not.
+    Minres {
         /// Settings of the iteration.
         krylov: KrylovOptions,
     },
@@ -101,13 +108,15 @@ impl Default for KrylovOptions {
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Preconditioner {
-    /// None at all; the only one that needs no entries.
+    /// None at all.
     None,
     /// The diagonal.
     Jacobi,
     /// The diagonal blocks of unknowns that belong together.
     #[default]
     BlockJacobi,
+    /// Multigrid on lattices of tent functions, for large steps and quasi-static problems.
+    Multigrid(MultigridOptions),
     /// Incomplete LU on the pattern of the matrix.
     Ilu0,
     /// Incomplete LU with two thresholds.
@@ -174,12 +183,15 @@ pub struct InvalidChoice {
     pub reason: String,
 }
 
-fn refuse(setting: &'static str, reason: impl Into<String>) -> Result<(), InvalidChoice> {
+pub(super) fn refuse(setting: &'static str, reason: impl Into<String>) -> Result<(), InvalidChoice> {
     Err(InvalidChoice { setting, reason: reason.into() })
 }
 
 impl KrylovOptions {
     fn validate(&self) -> Result<(), InvalidChoice> {
+        if let Preconditioner::Multigrid(options) = &self.preconditioner {
+            options.validate()?;
+        }
         if self.max_iterations == 0 {
             return refuse("max_iterations", "must be at least 1");
         }
@@ -228,10 +240,15 @@ impl LinearSolverChoice {
         Self::Cg { krylov: KrylovOptions::default() }
     }
 
+    /// MINRES with the default settings.
+    pub fn minres() -> Self {
+        Self::Minres { krylov: KrylovOptions::default() }
+    }
+
     /// Checks the settings.
     ///
     /// # Errors
-    /// [`InvalidChoice`] for a setting out of its range, or a preconditioner that CG cannot use.
+    /// [`InvalidChoice`] for a setting out of its range, or a preconditioner that CG or MINRES cannot use.
     pub fn validate(&self) -> Result<(), InvalidChoice> {
         match self {
             Self::Lu | Self::Ldlt { .. } | Self::Cholesky { .. } => Ok(()),
@@ -240,10 +257,12 @@ impl LinearSolverChoice {
             Self::Automatic(_) => Ok(()),
             Self::Gmres { restart: 0, .. } => refuse("restart", "must be at least 1"),
             Self::Gmres { krylov, .. } | Self::BiCgStab { krylov } => krylov.validate(),
-            Self::Cg { krylov } => match krylov.preconditioner {
-                Preconditioner::Ilut { .. } => refuse("preconditioner", "ILUT is not symmetric; CG takes ILU(0)"),
+            Self::Cg { krylov } | Self::Minres { krylov } => match krylov.preconditioner {
+                Preconditioner::Ilut { .. } => {
+                    refuse("preconditioner", "ILUT is not symmetric; CG and MINRES take ILU(0)")
+                }
                 Preconditioner::Lu | Preconditioner::Ldlt { .. } => {
-                    refuse("preconditioner", "CG needs a positive definite factor: choose Cholesky")
+                    refuse("preconditioner", "CG and MINRES need a positive definite factor: choose Cholesky")
                 }
                 _ => krylov.validate(),
             },
@@ -269,6 +288,7 @@ impl LinearSolverChoice {
             }
             Self::BiCgStab { krylov } => Box::new(Krylov::new(Method::BiCgStab(BiCgStab::default()), krylov.clone())),
             Self::Cg { krylov } => Box::new(Krylov::new(Method::Cg(Cg::default()), krylov.clone())),
+            Self::Minres { krylov } => Box::new(Krylov::new(Method::Minres(Minres::default()), krylov.clone())),
         }
     }
 }

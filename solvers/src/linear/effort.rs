@@ -19,8 +19,10 @@ const PRODUCT_ENTRY: f64 = 2e-9;
 const WRITTEN_ENTRY: f64 = 2e-9;
 /// Seconds per unknown of what an iteration does besides the product: vectors and a block-diagonal preconditioner.
 const VECTORS: f64 = 2e-8;
-/// LU against LDLᵀ on the same pattern.
-const LU_FACTOR: f64 = 10.0;
+/// LU against LDLᵀ on the same pattern, per multiplication (most of it is that LU must order for all choices of pivots)
+/// and per entry.
+const LU_MULTIPLICATIONS: f64 = 10.0;
+const LU_ENTRIES: f64 = 2.0;
 
 /// Cost of an operator's own work, in the seconds of the reference machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -126,7 +128,9 @@ impl Costs {
             solve: factor.solve(),
             action: effort.action,
             iteration: effort.action + VECTORS * unknowns as f64,
-            general: effort.assembly + LU_FACTOR * factor.factorisation(),
+            general: effort.assembly
+                + LU_MULTIPLICATIONS * factor.multiplications * MULTIPLICATION
+                + LU_ENTRIES * factor.entries * FACTORED_ENTRY,
             bytes: factor.bytes() + 24.0 * effort.entries,
         }
     }

@@ -17,13 +17,14 @@
 //! | GMRES(m) | an action | robust; `m + 1` vectors |
 //! | BiCGStab | an action | seven vectors |
 //! | CG | an action, symmetry, definiteness | four vectors; reports negative curvature |
+//! | MINRES | an action, symmetry | seven vectors; a preconditioner must be positive definite |
 //! | automatic | an action; entries for its better half | iterates, or factors, by counted costs |
 //!
 //! The direct solvers probe every factor (faer's LU answers `Ok` on singular matrices) and refine every
 //! solution until the residual of the operator itself meets the tolerance. The Krylov methods take a
 //! [`Preconditioner`] built from the entries of the operator or of its [`sparser`](Tangent::sparser)
-//! relative. Neither multigrid nor a QR factorisation is here: the first is worth it only for very large
-//! quasi-static problems, the second costs fifty times LU.
+//! relative; block Jacobi and multigrid also work from [diagonal blocks](Tangent::diagonal_blocks) and
+//! [geometry](Tangent::geometry), without any entry. There is no QR factorisation: it costs fifty times LU.
 
 mod automatic;
 mod bicgstab;
@@ -38,6 +39,8 @@ mod iteration;
 mod krylov;
 mod ldlt;
 mod lu;
+mod minres;
+mod multigrid;
 mod pivots;
 mod precondition;
 mod scaling;
@@ -53,6 +56,7 @@ pub use effort::Effort;
 pub use elimination::Places;
 pub use ldlt::{EliminationOrder, SparseCholesky, SparseLdlt};
 pub use lu::SparseLu;
+pub use multigrid::{CoarseMatrix, Geometry, MultigridOptions, PointTents, Tents};
 pub use sparse::{SparseMatrix, SparsePattern};
 pub use stored::StoredTangent;
 
@@ -97,6 +101,31 @@ pub trait Tangent: Sync {
     /// block `i` is `blocks[i]..blocks[i + 1]`. Empty: every unknown is its own block.
     fn blocks(&self) -> &[usize] {
         &[]
+    }
+
+    /// Whether [`diagonal_blocks`](Self::diagonal_blocks) are to be had without entries.
+    fn offers_diagonal_blocks(&self) -> bool {
+        false
+    }
+
+    /// Writes the diagonal blocks, one after the other, each by rows: those of [`blocks`](Self::blocks). They may be
+    /// approximate, since they only serve preconditioners.
+    ///
+    /// Called only where they are [offered](Self::offers_diagonal_blocks).
+    fn diagonal_blocks(&self, values: &mut [f64]) {
+        let _ = values;
+    }
+
+    /// Where the unknowns are in space, if they are components of vectors at points; for multigrid.
+    fn geometry(&self) -> Option<Geometry> {
+        None
+    }
+
+    /// Adds `Pᵀ A P` to a coarse matrix, where the columns of P are tent functions, one for every node and component;
+    /// only the symmetric part counts. False if the operator cannot do it: multigrid then takes its entries.
+    fn project(&self, tents: &Tents, coarse: &mut CoarseMatrix) -> bool {
+        let _ = (tents, coarse);
+        false
     }
 
     /// Where the [blocks](Self::blocks) of unknowns are in space, if they are anywhere: a good order of elimination
@@ -168,6 +197,11 @@ pub enum LinearError {
         /// The solver that was asked.
         solver: String,
     },
+    /// Multigrid was given an operator whose unknowns have no place in space.
+    #[error(
+        "multigrid needs unknowns that are components of vectors at points, and this operator has others: choose velocities as the only unknowns, or another preconditioner"
+    )]
+    NeedsGeometry,
     /// A symmetric solver was given an operator that is not.
     #[error("{solver} needs a symmetric matrix, but this one is not: choose LU, GMRES or BiCGStab")]
     NeedsSymmetry {

@@ -226,6 +226,7 @@ pub fn krylov_methods(krylov: &KrylovOptions) -> Vec<LinearSolverChoice> {
         LinearSolverChoice::Gmres { restart: 40, krylov: krylov.clone() },
         LinearSolverChoice::BiCgStab { krylov: krylov.clone() },
         LinearSolverChoice::Cg { krylov: krylov.clone() },
+        LinearSolverChoice::Minres { krylov: krylov.clone() },
     ];
     all.into_iter().filter(|choice| choice.validate().is_ok()).collect()
 }
@@ -248,9 +249,10 @@ pub fn all_solvers() -> Vec<LinearSolverChoice> {
         preconditioner_matrix: PreconditionerMatrix::SymmetricPart,
         ..Default::default()
     };
-    all.extend(
-        krylov_methods(&symmetric_part).into_iter().filter(|choice| !matches!(choice, LinearSolverChoice::Cg { .. })),
-    );
+    let symmetric_only = |choice: &LinearSolverChoice| {
+        matches!(choice, LinearSolverChoice::Cg { .. } | LinearSolverChoice::Minres { .. })
+    };
+    all.extend(krylov_methods(&symmetric_part).into_iter().filter(|choice| !symmetric_only(choice)));
     all
 }
 
@@ -260,7 +262,8 @@ pub fn needs_symmetry(choice: &LinearSolverChoice) -> bool {
     if text.contains("SymmetricPart") {
         return false;
     }
-    matches!(choice, LinearSolverChoice::Cg { .. }) || text.contains("Ldlt") || text.contains("Cholesky")
+    let method = matches!(choice, LinearSolverChoice::Cg { .. } | LinearSolverChoice::Minres { .. });
+    method || text.contains("Ldlt") || text.contains("Cholesky")
 }
 
 /// Whether a solver works on positive definite matrices only.

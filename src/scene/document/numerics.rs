@@ -5,7 +5,8 @@ use toml::Spanned;
 
 use super::Number;
 use crate::scene::settings::{
-    Forcing, LineSearch, OutputField, PreconditionerChoice, RkcStages, SolverChoice, TangentPolicy, Unknowns,
+    Forcing, LineSearch, OperatorChoice, OutputField, PreconditionerChoice, RkcStages, SolverChoice, TangentPolicy,
+    Unknowns,
 };
 
 #[derive(Debug, Clone, Deserialize)]
@@ -139,6 +140,7 @@ pub(in crate::scene) struct NewtonText {
 pub(in crate::scene) struct LinearSolverText {
     pub solver: Option<SolverChoice>,
     pub preconditioner: Option<Spanned<PreconditionerChoice>>,
+    pub operator: Option<Spanned<OperatorChoice>>,
     pub tolerance: Option<Number>,
     pub max_iterations: Option<Spanned<u64>>,
     pub restart: Option<Spanned<u64>>,
