@@ -22,7 +22,7 @@ pub struct RenderArguments {
     #[arg(long, value_name = "NAME")]
     component: Option<String>,
     /// Frame, counted from 0; or first, last, all [default: last; all for a GIF].
-    #[arg(long, value_name = "N|all", value_parser = frame)]
+    #[arg(long, value_name = "N|all", value_parser = frame, allow_hyphen_values = true)]
     frame: Option<FrameChoice>,
     /// Picture to write: .png, .svg or .gif [default: FIELD-FRAME.png or FIELD.gif in RUN_DIR].
     #[arg(long, value_name = "FILE")]
