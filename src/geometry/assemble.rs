@@ -46,7 +46,10 @@ pub(super) fn assemble<const D: usize>(
     exact: Option<f64>,
     is_sound: bool,
 ) -> Result<(Particles<D>, CutReport), CutError> {
-    let mut report = CutReport { cut: parts.iter().filter(|(_, part)| (part.volume - 1.0).abs() > WHOLE).count(), ..Default::default() };
+    let mut report = CutReport {
+        cut: parts.iter().filter(|(_, part)| (part.volume - 1.0).abs() > WHOLE).count(),
+        ..Default::default()
+    };
     merge(lattice, &mut parts, &mut report);
     parts.retain(|(_, part)| part.volume > 0.0);
     if parts.is_empty() {
@@ -69,7 +72,8 @@ pub(super) fn assemble<const D: usize>(
     let patches = || parts.iter().flat_map(|(_, part)| &part.patches);
     let open: Vector<D> = patches().map(|patch| patch.area).sum();
     let total: f64 = patches().map(|patch| patch.area.norm()).sum();
-    if is_sound && open.norm() <= CLOSED * total.max(1.0)
+    if is_sound
+        && open.norm() <= CLOSED * total.max(1.0)
         && let Some(place) = consistent(patches(), found * scale)
     {
         report.has_faces = true;

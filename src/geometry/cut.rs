@@ -66,12 +66,7 @@ impl<const D: usize> CutLattice<D> {
     ///
     /// # Errors
     /// [`CutError`] if the region has no end, is empty, or no larger than the spacing.
-    pub fn new(
-        region: Region<D>,
-        spacing: f64,
-        turn: Tensor<D>,
-        corner: Option<Vector<D>>,
-    ) -> Result<Self, CutError> {
+    pub fn new(region: Region<D>, spacing: f64, turn: Tensor<D>, corner: Option<Vector<D>>) -> Result<Self, CutError> {
         let (lower, upper) = region.bounds();
         if let Some(axis) = (0..D).find(|axis| !(lower[*axis].is_finite() && upper[*axis].is_finite())) {
             return Err(CutError::Unbounded(axis));

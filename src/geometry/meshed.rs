@@ -79,9 +79,7 @@ fn sides(form: Form) -> &'static [&'static [usize]] {
         Form::Triangle => &[&[0, 1], &[1, 2], &[2, 0]],
         Form::Quadrilateral => &[&[0, 1], &[1, 2], &[2, 3], &[3, 0]],
         Form::Tetrahedron => &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[0, 3, 2]],
-        Form::Hexahedron => {
-            &[&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]]
-        }
+        Form::Hexahedron => &[&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]],
         Form::Prism => &[&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]],
         Form::Pyramid => &[&[0, 3, 2, 1], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]],
     }
@@ -100,7 +98,8 @@ pub fn mesh_particles<const D: usize>(
         mesh.names.get(&(dimension, number)).cloned().unwrap_or_else(|| number.to_string())
     };
     let belongs = |element: &Element, wanted: &str| element.groups.iter().any(|number| name(D, *number) == wanted);
-    let of_dimension = |dimension: usize| mesh.elements.iter().filter(move |element| element.form.size().0 == dimension);
+    let of_dimension =
+        |dimension: usize| mesh.elements.iter().filter(move |element| element.form.size().0 == dimension);
     let cells: Vec<&Element> = of_dimension(D).filter(|e| group.is_none_or(|wanted| belongs(e, wanted))).collect();
     if cells.is_empty() {
         let mut names: Vec<String> = of_dimension(D).flat_map(|e| e.groups.iter().map(|n| name(D, *n))).collect();
@@ -383,9 +382,18 @@ mod tests {
         // A prism on a hexahedron with warped sides, and a pyramid on it; a tetrahedron turned inside out.
         let warped = mesh(
             &[
-                [0.0, 0.0, 0.0], [1.0, 0.0, 0.1], [1.1, 1.0, 0.0], [0.0, 1.0, 0.0],
-                [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.2], [0.0, 1.0, 1.0],
-                [0.5, 0.5, 2.0], [0.5, -1.0, 0.0], [0.5, -1.0, 1.0], [3.0, 0.5, 0.5],
+                [0.0, 0.0, 0.0],
+                [1.0, 0.0, 0.1],
+                [1.1, 1.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [0.0, 0.0, 1.0],
+                [1.0, 0.0, 1.0],
+                [1.0, 1.0, 1.2],
+                [0.0, 1.0, 1.0],
+                [0.5, 0.5, 2.0],
+                [0.5, -1.0, 0.0],
+                [0.5, -1.0, 1.0],
+                [3.0, 0.5, 0.5],
             ],
             &[
                 (Form::Hexahedron, &[0, 1, 2, 3, 4, 5, 6, 7]),

@@ -97,7 +97,11 @@ pub fn read_msh(bytes: &[u8]) -> Result<Mesh, PointError> {
             if line.trim().is_empty() {
                 continue;
             }
-            return Err(fail(reader.line, "this is not a Gmsh file", "export it from Gmsh as .msh, version 4.1 or 2.2"));
+            return Err(fail(
+                reader.line,
+                "this is not a Gmsh file",
+                "export it from Gmsh as .msh, version 4.1 or 2.2",
+            ));
         };
         let start = reader.line;
         if section != "MeshFormat" && version.is_none() {
@@ -122,7 +126,9 @@ pub fn read_msh(bytes: &[u8]) -> Result<Mesh, PointError> {
                     let message = format!("`{}` where `{end}` should be", line.trim());
                     return Err(fail(reader.line, message, "the counts do not fit what is there: export it again"));
                 }
-                None => return Err(fail(start, format!("`${section}` has no `{end}`"), "the file is cut short, or binary")),
+                None => {
+                    return Err(fail(start, format!("`${section}` has no `{end}`"), "the file is cut short, or binary"));
+                }
             }
         }
     }
@@ -148,7 +154,8 @@ impl<'a> Reader<'a> {
     }
 
     fn need(&mut self) -> Result<&'a str, Fail> {
-        self.next().ok_or_else(|| fail(self.line.saturating_sub(1), "the file ends here", "it is cut short: export it again"))
+        self.next()
+            .ok_or_else(|| fail(self.line.saturating_sub(1), "the file ends here", "it is cut short: export it again"))
     }
 
     /// The numbers of the next line, at least so many.

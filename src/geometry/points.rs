@@ -156,9 +156,8 @@ pub fn repeated_points<const D: usize>(positions: &[SVector<f64, D>], spacing: f
         let home = cell(position);
         // All cells around: two points on either side of a cell's border are still the same point.
         let twin = (0..3_usize.pow(D as u32)).find_map(|code| {
-            let around: [i64; D] = std::array::from_fn(|axis| {
-                home[axis].saturating_add((code / 3_usize.pow(axis as u32) % 3) as i64 - 1)
-            });
+            let around: [i64; D] =
+                std::array::from_fn(|axis| home[axis].saturating_add((code / 3_usize.pow(axis as u32) % 3) as i64 - 1));
             let other = *cells.get(&around)?;
             ((positions[other] - position).norm() <= edge).then_some(other)
         });

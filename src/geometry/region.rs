@@ -199,7 +199,8 @@ mod tests {
 
     #[test]
     fn values_volumes_and_bounds_of_shapes() {
-        let square = Region::<2>::Polygon { corners: vec![[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]], height: None };
+        let square =
+            Region::<2>::Polygon { corners: vec![[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]], height: None };
         let hole = Region::<2>::Shell { centre: Vector::from([1.0, 0.5]), inner: 0.0, outer: 0.25 };
         assert!((square.value(&Vector::from([1.0, 0.25])) + 0.25).abs() < 1e-15);
         assert!((square.value(&Vector::from([3.0, 2.0])) - 2.0_f64.sqrt()).abs() < 1e-15);

@@ -289,7 +289,8 @@ pub(super) mod tests {
         let mut triangles = Vec::new();
         for (i, j) in (0..n).flat_map(|i| (0..m).map(move |j| (i, j))) {
             let [a, b, c, d] = [point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)];
-            triangles.extend([[a, b, c], [a, c, d]].into_iter().filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]));
+            triangles
+                .extend([[a, b, c], [a, c, d]].into_iter().filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]));
         }
         triangles
     }

@@ -52,7 +52,11 @@ pub fn read_vtu(bytes: &[u8]) -> Result<VtuPoints, PointError> {
     if let Some(rest) = bytes.get(at..).filter(|rest| !rest.is_empty()) {
         let end = rest.iter().position(|byte| *byte == b'>').unwrap_or(rest.len());
         if !String::from_utf8_lossy(&rest[..end]).contains("raw") {
-            return Err(fail(line_of(at), "the appended data are not raw", "save it with appended raw data, or as text"));
+            return Err(fail(
+                line_of(at),
+                "the appended data are not raw",
+                "save it with appended raw data, or as text",
+            ));
         }
         let start = rest.iter().skip(end).position(|byte| *byte == b'_').map_or(rest.len(), |place| end + place + 1);
         appended = &rest[start..];
@@ -148,7 +152,8 @@ impl Source<'_> {
     fn bytes(&self, data: &[u8], size: usize) -> Result<Vec<u8>, String> {
         let width = if self.wide { 8 } else { 4 };
         let word = |index: usize| -> Result<usize, String> {
-            let bytes = index.checked_mul(width).and_then(|at| data.get(at..at.checked_add(width)?)).ok_or("cut short")?;
+            let bytes =
+                index.checked_mul(width).and_then(|at| data.get(at..at.checked_add(width)?)).ok_or("cut short")?;
             Ok(bytes.iter().rev().fold(0_u64, |word, byte| word << 8 | u64::from(*byte)) as usize)
         };
         match self.compressor.as_deref() {
