@@ -5,6 +5,7 @@
 //! | frames (`.vtu`) and their index (`fields.pvd`) | [`Frame`], [`Series`] | every frame |
 //! | `history.csv`, `probes.csv` | [`Table`] | every row at once |
 //! | energies and probes against time (`.svg`, `.png`) | [`HistoryColumns`], [`ProbeColumns`], [`LinePlot`] | at the end |
+//! | a scene before it runs (`.svg`, `.png`) | [`Preview`] | when asked for |
 //! | still pictures of particles (`.svg`, `.png`) | [`ParticlePlot`] | when asked for |
 //! | tables of outcomes as pictures (`.svg`, `.png`) | [`Panels`] | when asked for |
 //! | `report.json` | [`Report`] | at the end, however it comes |
@@ -28,6 +29,7 @@ mod panels;
 mod particles;
 mod picture;
 mod plot;
+mod preview;
 mod pvd;
 mod report;
 mod report_parts;
@@ -42,6 +44,7 @@ pub use history::{HistoryColumns, ProbeColumns};
 pub use panels::{Cell, Panel, Panels, Tone};
 pub use particles::ParticlePlot;
 pub use plot::{LinePlot, LineSeries, Style};
+pub use preview::{Hold, Preview};
 pub use pvd::Series;
 pub use report::{REPORT_FILE, Report};
 pub use report_parts::{
