@@ -24,14 +24,21 @@ pub fn read<const D: usize>(text: &str, folder: &Path) -> Result<(Setup<D>, Vec<
     Scene::parse(text, "scene.toml", folder, &[])?.setup::<D>()
 }
 
+/// Set-up and warnings of a scene that is right.
 pub fn good<const D: usize>(body: &str, rest: &str, folder: &Path) -> (Setup<D>, Vec<String>) {
     read(&scene(D, body, rest), folder).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
+/// Runs the program in a folder.
 pub fn nicolson(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_nicolson")).args(arguments).current_dir(folder).output().expect("the program starts")
+    Command::new(env!("CARGO_BIN_EXE_nicolson"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("the program starts")
 }
 
+/// A file of `examples/`.
 pub fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name)
 }
@@ -79,10 +86,18 @@ fn mistakes_in_shapes_are_explained() {
         (2, "shape.sphere = { centre = [0, 0], radius = 1 }", "no such shape"),
         (1, "shape.disc = { centre = [0], radius = 1 }", "no such shape"),
         (3, "shape.polygon = { corners = [[0, 0], [1, 0], [0, 1]] }", "has no height"),
-        (2, "shape.polygon = { corners = [[0, 0], [1, 1], [1, 0], [0, 1]] }", "edges 1 and 3 of the polygon cross"),
+        (2, "shape.polygon = { corners = [[0, 0], [2, 1], [2, 0], [0, 2]] }", "edges 1 and 3 of the polygon cross"),
         (2, "shape.polygon = { corners = [[0, 0], [1, 1]] }", "without an area"),
-        (2, "shape.difference = [{ disc = { centre = [0, 0], radius = 1 } }, { disc = { centre = [0, 0], radius = 2 } }]", "nothing is inside"),
-        (2, "shape.union = [{ mapped_box = { lower = [0, 0], upper = [1, 1], map = ['X', 'Y'] } }]", "mapped box cannot"),
+        (
+            2,
+            "shape.difference = [{ disc = { centre = [0, 0], radius = 1 } }, { disc = { centre = [0, 0], radius = 2 } }]",
+            "nothing is inside",
+        ),
+        (
+            2,
+            "shape.union = [{ mapped_box = { lower = [0, 0], upper = [1, 1], map = ['X', 'Y'] } }]",
+            "mapped box cannot",
+        ),
         (2, "shape.disc = { centre = [0, 0], radius = 1 }\nlayout = 'vertex'", "`layout` does not go with"),
         (2, "shape.ring = { centre = [0, 0], outer = 1 }\nlattice = { angle = 3 }", "a lattice of its own"),
         (2, "shape.disc = { centre = [0, 0], radius = 1 }\nlattice = { axis = [0, 0, 1] }", "has no axis"),

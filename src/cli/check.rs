@@ -148,7 +148,10 @@ fn print(scene: &Scene, forecast: &Forecast, geometry: &[GeometryRecord], warnin
 /// What filling a body came to.
 fn print_geometry(record: &GeometryRecord) {
     println!("body '{}' ({})", record.body, record.source);
-    println!("  volume, mass       {:.6e} m^D, {:.6e} kg in {} particles", record.volume, record.mass, record.particles);
+    println!(
+        "  volume, mass       {:.6e} m^D, {:.6e} kg in {} particles",
+        record.volume, record.mass, record.particles
+    );
     if let (Some(exact), Some(volume), Some(mass)) = (record.exact_volume, record.volume_error, record.mass_error) {
         println!("  exact volume       {exact:.6e} m^D; cells are off by {volume:.1e}, the mass by {mass:.1e}");
     }

@@ -231,12 +231,6 @@ impl<const D: usize> CutLattice<D> {
     fn raw(&self, cells: &Vector<D>) -> f64 {
         self.region.value(&self.place(cells)) / self.spacing
     }
-
-    /// The value of a sample, zero on the surface.
-    fn value(&self, cells: &Vector<D>) -> f64 {
-        let value = self.raw(cells);
-        if value.abs() > ON_SURFACE { value } else { 0.0 }
-    }
 }
 
 impl<const D: usize> Level<D> for CutLattice<D> {
@@ -268,8 +262,9 @@ impl<const D: usize> Level<D> for CutLattice<D> {
         at(t)
     }
 
-    fn is_inside(&self, x: &Vector<D>) -> bool {
-        self.raw(x) < 0.0
+    fn value(&self, cells: &Vector<D>) -> f64 {
+        let value = self.raw(cells);
+        if value.abs() > ON_SURFACE { value } else { 0.0 }
     }
 }
 

@@ -127,7 +127,11 @@ pub fn read_msh(bytes: &[u8]) -> Result<Mesh, PointError> {
                     return Err(fail(reader.line, message, "the counts do not fit what is there: export it again"));
                 }
                 None => {
-                    return Err(fail(start, format!("`${section}` has no `{end}`"), "the file is cut short, or binary"));
+                    return Err(fail(
+                        start,
+                        format!("`${section}` has no `{end}`"),
+                        "the file is cut short, or binary",
+                    ));
                 }
             }
         }
@@ -326,17 +330,17 @@ pub(super) mod tests {
         let cases = [
             (OLD.replace("2.2 0", "3.0 0"), 2, "version 3.0"),
             (OLD.replace("2.2 0", "2.2 1"), 2, "binary"),
-            (OLD.replace("5 0 1 0", "5 0 nan 0"), 13, "not finite"),
-            (OLD.replace("5 0 1 0", "3 0 1 0"), 13, "twice"),
-            (OLD.replace("5 0 1 0\n", ""), 13, "`$EndNodes` where 4"),
-            (OLD.replace("$Nodes\n4", "$Nodes\n18446744073709551615"), 14, "`$EndNodes` where"),
-            (OLD.replace("$Nodes\n4", "$Nodes\n3"), 13, "`5 0 1 0` where `$EndNodes`"),
-            (OLD.replace("3 2 2 9 1 1 3 5", "3 2 2 9 1 1 3 6"), 19, "does not exist"),
-            (OLD.replace("3 2 2 9 1 1 3 5", "3 9 2 9 1 1 3 5"), 19, "not of first order"),
-            (OLD.replace("3 2 2 9 1 1 3 5", "3 2 2 9 1 1 3"), 19, "2 nodes, where this element has 3"),
-            (OLD.replace("3 2 2 9 1 1 3 5", "3 2 -2 9 1 1 3"), 19, "nodes"),
-            (OLD.replace("$EndElements\n", ""), 15, "has no `$EndElements`"),
-            (NEW.replace("2 1 0 4", "2 1 0 999999999999"), 23, "where 1 or more"),
+            (OLD.replace("5 0 1 0", "5 0 nan 0"), 14, "not finite"),
+            (OLD.replace("5 0 1 0", "3 0 1 0"), 14, "twice"),
+            (OLD.replace("5 0 1 0\n", ""), 14, "`$EndNodes` where 4"),
+            (OLD.replace("$Nodes\n4", "$Nodes\n18446744073709551615"), 15, "`$EndNodes` where"),
+            (OLD.replace("$Nodes\n4", "$Nodes\n3"), 14, "`5 0 1 0` where `$EndNodes`"),
+            (OLD.replace("3 2 2 9 1 1 3 5", "3 2 2 9 1 1 3 6"), 20, "does not exist"),
+            (OLD.replace("3 2 2 9 1 1 3 5", "3 9 2 9 1 1 3 5"), 20, "not of first order"),
+            (OLD.replace("3 2 2 9 1 1 3 5", "3 2 2 9 1 1 3"), 20, "2 nodes, where this element has 3"),
+            (OLD.replace("3 2 2 9 1 1 3 5", "3 2 -2 9 1 1 3"), 20, "nodes"),
+            (OLD.replace("$EndElements\n", ""), 16, "has no `$EndElements`"),
+            (NEW.replace("2 1 0 4", "2 1 0 999999999999"), 25, "where 1 or more"),
             (NEW.replace("\"plate\"", "plate"), 7, "not a physical name"),
             ("hello\n".into(), 1, "not a Gmsh file"),
             (String::new(), 1, "no mesh"),

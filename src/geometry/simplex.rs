@@ -121,16 +121,13 @@ pub(super) fn permutations<const D: usize>() -> &'static [[usize; 3]] {
     }
 }
 
-/// How far from a piece of the surface its two sides are looked at, cells.
-const ASIDE: f64 = 1e-3;
-
 /// What a simplex asks of the function.
 pub(super) trait Level<const D: usize> {
     /// Where it is zero between two corners, one negative and one not. Asked with the corners in their order, so that
     /// simplices which share an edge share the point.
     fn crossing(&self, a: &Corner<D>, b: &Corner<D>) -> Vector<D>;
-    /// Whether it is negative.
-    fn is_inside(&self, x: &Vector<D>) -> bool;
+    /// The value: zero on the surface, within rounding.
+    fn value(&self, x: &Vector<D>) -> f64;
 }
 
 /// Adds the part of a simplex where the value is negative. Corners with the value zero are on the surface.
@@ -186,7 +183,7 @@ fn add_whole<const D: usize>(part: &mut Part<D>, corners: &[Corner<D>], level: &
     let mut all = [Vector::zeros(); 4];
     corners.iter().enumerate().for_each(|(index, corner)| all[index] = corner.x);
     let on_surface = corners.iter().filter(|corner| corner.value == 0.0).count();
-    if on_surface > D && !level.is_inside(&(all[..=D].iter().sum::<Vector<D>>() / (D + 1) as f64)) {
+    if on_surface > D && level.value(&mean(&all[..=D])) >= 0.0 {
         return;
     }
     part.add_volume(&all[..=D], 1.0);
@@ -200,13 +197,29 @@ fn add_whole<const D: usize>(part: &mut Part<D>, corners: &[Corner<D>], level: &
             continue;
         }
         face.iter_mut().zip(&mut others).for_each(|(place, index)| *place = all[index]);
-        let middle = face[..D].iter().sum::<Vector<D>>() / D as f64;
+        let middle = mean(&face[..D]);
         let area = area_vector(&face[..D]);
         let outwards = if area.dot(&(all[opposite] - middle)) > 0.0 { -area } else { area };
-        if !level.is_inside(&(middle + outwards.normalize() * ASIDE)) {
+        // What the simplex behind it makes of itself.
+        face[D] = behind(&all[..=D], opposite);
+        let value = level.value(&face[D]);
+        if value > 0.0 || (value == 0.0 && level.value(&mean(&face[..=D])) >= 0.0) {
             part.add_facet(&face[..D], &outwards);
         }
     }
+}
+
+/// The corner of the simplex on the other side of the face that is opposite to a corner.
+fn behind<const D: usize>(corners: &[Vector<D>], opposite: usize) -> Vector<D> {
+    match opposite {
+        0 => corners[D] + (corners[1] - corners[0]),
+        last if last == D => corners[0] - (corners[D] - corners[D - 1]),
+        middle => corners[middle - 1] + corners[middle + 1] - corners[middle],
+    }
+}
+
+fn mean<const D: usize>(points: &[Vector<D>]) -> Vector<D> {
+    points.iter().sum::<Vector<D>>() / points.len() as f64
 }
 
 #[cfg(test)]
@@ -220,8 +233,8 @@ mod tests {
             a.x + (b.x - a.x) * (a.value.abs() / (a.value.abs() + b.value.abs()))
         }
 
-        fn is_inside(&self, _: &Vector<D>) -> bool {
-            false
+        fn value(&self, _: &Vector<D>) -> f64 {
+            1.0
         }
     }
 

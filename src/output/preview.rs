@@ -18,7 +18,7 @@ const HIGHEST: f64 = 560.0;
 const LOWEST: f64 = 120.0;
 const MARGIN: f64 = 24.0;
 const TOP: f64 = 52.0;
-const STRIP: f64 = 76.0;
+const STRIP: f64 = 88.0;
 /// Room around the particles, over the larger extent: for the arrows.
 const ROOM: f64 = 0.12;
 /// Longest arrow over the larger extent, and most arrows.

@@ -18,9 +18,9 @@ fn concentration(overrides: &[(&str, &str)]) -> (f64, usize) {
             let end = start + text[start..].find('\n').expect("a line");
             // No particle lies on the circle: the nearest ones are held instead.
             let text = format!("{}{shape}{}", &text[..start], &text[end..]);
-            text.replace("[3.9999, -1e-6]", "[3.93, -0.04]")
+            text.replace("[3.9999, -1e-6]", "[3.93, -0.08]")
                 .replace("[4.0001, 1e-6]", "[4.0001, 0]")
-                .replace("[-4.0001, -1e-6]", "[-4.0001, -0.04]")
+                .replace("[-4.0001, -1e-6]", "[-4.0001, -0.08]")
                 .replace("[-3.9999, 1e-6]", "[-3.93, 0]")
         }
         None => text,
@@ -37,7 +37,7 @@ fn concentration(overrides: &[(&str, &str)]) -> (f64, usize) {
 
 #[test]
 fn rings_beat_a_lattice_at_a_hole() {
-    let coarse = [("body.0.spacing", "0.125")];
+    let coarse = [("body.0.spacing", "0.11538")];
     let (ring, particles) = concentration(&coarse);
     let (lattice, others) =
         concentration(&[("shape", "shape.disc = { centre = [0, 0], inner = 1, radius = 4 }"), coarse[0]]);
