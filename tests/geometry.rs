@@ -5,6 +5,7 @@ mod files;
 #[path = "geometry/hole.rs"]
 mod hole;
 
+use std::f64::consts::FRAC_PI_4;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -65,7 +66,7 @@ fn set_operations_are_filled() {
         "[[traction]]\nfacing = [0, 0, 1]\nselect.where = 'Z > 1.8'\nvalue = [0, 0, 1]",
         here,
     );
-    assert!((solid.tractions[0].areas.iter().map(|(_, area)| area).sum::<f64>() / 0.785_398 - 1.0).abs() < 0.05);
+    assert!((solid.tractions[0].areas.iter().map(|(_, area)| area).sum::<f64>() / FRAC_PI_4 - 1.0).abs() < 0.05);
     let (turned, _) = good::<2>(
         "spacing = 0.1\nlattice = { angle = 45 }\nshape.polygon = { corners = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]] }",
         "",

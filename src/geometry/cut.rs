@@ -22,7 +22,7 @@ use crate::tensor::{Tensor, Vector};
 /// Values below this part of a cell are on the surface.
 const ON_SURFACE: f64 = 1e-9;
 /// Small cells per cell and direction; for regions whose value is expensive, the last.
-const DIVISIONS: [usize; 4] = [16, 16, 4, 3];
+const DIVISIONS: [usize; 4] = [16, 16, 4, 2];
 /// A part of a cell by which a region may stick out of whole ones.
 const SLACK: f64 = 1e-6;
 
@@ -30,6 +30,8 @@ const SLACK: f64 = 1e-6;
 #[derive(Debug, Clone)]
 pub struct CutLattice<const D: usize> {
     region: Region<D>,
+    /// Whether a value asks a triangulated surface: then there are fewer of them.
+    is_costly: bool,
     /// Columns are the directions of the lattice.
     turn: Tensor<D>,
     /// Lower corner in the directions of the lattice, m.
@@ -97,7 +99,8 @@ impl<const D: usize> CutLattice<D> {
             }
         }
         let bounds = ((lower - origin) / spacing, (upper - origin) / spacing);
-        Ok(Self { region, turn, origin, spacing, cells, bounds })
+        let is_costly = has_surface(&region);
+        Ok(Self { region, is_costly, turn, origin, spacing, cells, bounds })
     }
 
     /// An upper bound of the number of particles, as a plain number.
@@ -166,7 +169,7 @@ impl<const D: usize> CutLattice<D> {
 
     /// Parts of the cells inside, in the order of their numbers.
     fn divide(&self) -> Vec<(usize, Part<D>)> {
-        let divisions = DIVISIONS[if has_surface(&self.region) { 3 } else { D - 1 }];
+        let divisions = DIVISIONS[if self.is_costly { 3 } else { D - 1 }];
         let rows = self.cells[1..].iter().product::<usize>();
         let row = |row: usize| {
             let cells = (row * self.cells[0]..(row + 1) * self.cells[0]).filter_map(|number| {
@@ -243,6 +246,10 @@ impl<const D: usize> Level<D> for CutLattice<D> {
         }
         if b.value == 0.0 {
             return b.x;
+        }
+        if self.is_costly {
+            // A distance, which is linear but for the curvature.
+            return at(a.value / (a.value - b.value));
         }
         let mut t = 0.5;
         for _ in 0..40 {

@@ -41,9 +41,9 @@ fn rings_beat_a_lattice_at_a_hole() {
     let (ring, particles) = concentration(&coarse);
     let (lattice, others) =
         concentration(&[("shape", "shape.disc = { centre = [0, 0], inner = 1, radius = 4 }"), coarse[0]]);
-    println!("coarse: ring {ring:.3} with {particles}, lattice {lattice:.3} with {others}");
-    let (fine, particles) = concentration(&[]);
-    println!("fine: ring {fine:.3} with {particles}");
+    let (fine, _) = concentration(&[]);
     assert!((fine - 3.0).abs() < 0.15, "{fine}");
-    assert!((ring - 3.0).abs() < (lattice - 3.0).abs(), "{ring} {lattice}");
+    // Measured: 2.926 with 3676 particles in rings, 2.097 with 3524 in a lattice; 2.904 with the scene as it is.
+    assert!(particles.abs_diff(others) < 200);
+    assert!((ring - 3.0).abs() < 0.5 * (lattice - 3.0).abs(), "{ring} {lattice}");
 }
