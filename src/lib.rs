@@ -26,7 +26,8 @@
 //!
 //! The force uses the transposed weights `g_ba`: that conserves linear momentum, and makes the force the gradient
 //! of the energy `Σ V ψ` and the tangent symmetric. A time scheme then either evaluates this rate (explicit), or solves
-//! stages `y = ỹ + s f(t, y)` (implicit), with `u` and, without D_p, also `J` eliminated:
+//! stages `y = ỹ + s f(t, y)` (implicit), with `u` and, without D_p, also `J` eliminated (without D_p, J is det F up to a
+//! constant, unless a body wants [otherwise](setup::VolumeRatioChoice)):
 //!
 //! ```text
 //! residual     R(v) = m (v − ṽ) − s f(ũ + s v, v, J(v))

@@ -101,6 +101,8 @@ pub struct Body {
     pub material: Material,
     /// Which cofactor the volumetric laws use.
     pub cofactor: CofactorChoice,
+    /// Where the volume ratio J comes from.
+    pub volume_ratio: VolumeRatioChoice,
     /// Coefficient α of the hourglass control; 0 switches it off. `None`: what suits the law and the weights that the
     /// body gets, see [`crate::stabilisation::default_hourglass`].
     pub hourglass: Option<f64>,
@@ -119,6 +121,10 @@ pub struct Particles<const D: usize> {
     pub kernel_volumes: Vec<f64>,
     /// Pieces of the boundary, each attributed to one particle.
     pub faces: Vec<Face<D>>,
+    /// Cells with a particle at every corner, `2^D` particles each; bit `i` of the place in a cell says which end of
+    /// direction `i`. Either they share out the volumes as `V_a = ∫ φ_a dV` of their multilinear shape functions, or
+    /// there are none.
+    pub cells: Vec<u32>,
 }
 
 /// A piece of boundary.
@@ -164,6 +170,9 @@ pub struct Traction<const D: usize> {
     pub name: String,
     /// Particles and areas, m^(D−1).
     pub areas: Vec<(usize, f64)>,
+    /// Where each of them acts, m: the particle itself if that lies on the boundary; else the particles around it share
+    /// the load such that its resultant and its moment are those of that place.
+    pub points: Vec<SVector<f64, D>>,
     /// Components as fields of `X, Y, Z, t`, Pa (per reference area, fixed direction).
     pub value: [Expression; D],
 }
@@ -202,7 +211,10 @@ pub enum WeightChoice {
     Single,
     /// Corrected so that constant stress is balanced by its boundary traction.
     Balanced,
-    /// Balanced where the body allows it and it is cheap, separate otherwise; the report says which.
+    /// Balanced, too, but by the cells whose corners the particles are, `∫ φ_a ∇φ_b dV`: no equations, for any size.
+    Cells,
+    /// By cells where the kernel reaches next neighbours only, otherwise balanced if that is cheap, otherwise by cells;
+    /// separate where none of this is possible. The report says which.
     Auto,
 }
 
@@ -212,6 +224,19 @@ pub enum CofactorChoice {
     /// `H = cof F`.
     Geometric,
     /// `H = J F⁻ᵀ` with the evolved J, as printed in document 004.
+    Evolved,
+}
+
+/// Where the volume ratio J of a body comes from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum VolumeRatioChoice {
+    /// The determinant, unless J has an equation that the determinant does not solve (D_p), is an unknown, or is part
+    /// of the cofactor.
+    #[default]
+    Auto,
+    /// `det F`, with what sets it apart from J at the start: what its rate equation integrates to.
+    Determinant,
+    /// Its rate equation is integrated with the others, as in document 004.
     Evolved,
 }
 
@@ -232,6 +257,9 @@ pub struct Stabilisation {
     /// Jump of the full stress `P⁺ − P⁻` (as the source) in D_p instead of the pressure jump with the
     /// average cofactor, which alone is provably dissipative.
     pub stress_jump: bool,
+    /// Speed of shear waves across the line between two particles (as the source's Riemann states) instead of nothing:
+    /// no central force, so that angular momentum is lost, and constant interface states resist rotation.
+    pub transverse_shear: bool,
 }
 
 /// States at the interface of a pair, whose jump the upwinding works on.

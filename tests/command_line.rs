@@ -7,6 +7,8 @@
 mod bad_input;
 #[path = "command_line/endings.rs"]
 mod endings;
+#[path = "command_line/pictures.rs"]
+mod pictures;
 #[path = "command_line/report.rs"]
 mod report;
 #[path = "command_line/vtk.rs"]

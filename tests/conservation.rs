@@ -35,6 +35,7 @@ const UPWIND: Stabilisation = Stabilisation {
     corrected_gradient: false,
     interface: InterfaceChoice::Limited,
     stress_jump: false,
+    transverse_shear: true,
 };
 
 /// Largest errors of the gradient of a linear and of a quadratic field, relative to the gradient.

@@ -237,8 +237,8 @@ fn bent(positions: &mut [f64], dim: usize, curvature: f64) {
 }
 
 fn particles<'a>(dim: usize, positions: &'a [f64], values: &'a [f64], spacing: f64) -> ParticlePlot<'a> {
-    let (title, label, colours) = ("Bent beam", "pressure [Pa]", ColourMap::Automatic);
-    ParticlePlot { title, time: 0.012_345, dim, positions, values, label, spacing, colours }
+    let (title, label) = ("Bent beam", "pressure [Pa]");
+    ParticlePlot { title, time: 0.012_345, dim, positions, values, label, spacing, ..ParticlePlot::default() }
 }
 
 #[test]

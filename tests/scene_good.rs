@@ -7,7 +7,9 @@ use nicolson::scene::settings::{
     Forcing, LineSearch, OutputField, PreconditionerChoice, Scheme, SolverChoice, StepChoice, TangentPolicy, Unknowns,
 };
 use nicolson::scene::{Scene, SceneErrors};
-use nicolson::setup::{CofactorChoice, Constraint, InterfaceChoice, KernelChoice, Setup, Stabilisation, WeightChoice};
+use nicolson::setup::{
+    CofactorChoice, Constraint, InterfaceChoice, KernelChoice, Setup, Stabilisation, VolumeRatioChoice, WeightChoice,
+};
 
 /// Every key of a scene, in two dimensions.
 const EVERYTHING: &str = r#"
@@ -26,6 +28,7 @@ kernel = "wendland_c2"
 smoothing = 1.3
 weights = "balanced"
 cofactor = "evolved"
+volume_ratio = "evolved"
 hourglass = 0.25
 material.hyperelastic_volumetric = { density = 1000.0, gamma = 7.0, wave_speed = 10.0 }
 
@@ -164,6 +167,7 @@ fn every_key_reaches_the_set_up() {
     assert_eq!((column.name.as_str(), column.particles.clone(), column.spacing), ("column", 0..15, 0.5));
     assert_eq!((column.kernel, column.smoothing), (KernelChoice::WendlandC2, 1.3));
     assert_eq!((column.weights, column.cofactor), (WeightChoice::Balanced, CofactorChoice::Evolved));
+    assert_eq!((column.volume_ratio, block.volume_ratio), (VolumeRatioChoice::Evolved, VolumeRatioChoice::Auto));
     let expected = Material::hyperelastic_volumetric(1000.0, 1e5 / 7.0, 7.0);
     assert_eq!(column.material, expected);
     assert_eq!((block.particles.clone(), block.spacing), (15..21, 1.0));
@@ -183,6 +187,7 @@ fn every_key_reaches_the_set_up() {
         corrected_gradient: true,
         interface: InterfaceChoice::Reconstructed,
         stress_jump: true,
+        transverse_shear: false,
     };
     assert_eq!(setup.stabilisation, Some(stabilisation));
 

@@ -27,20 +27,32 @@ fn tip(name: &str, overrides: &[(&str, &str)]) -> [f64; 2] {
     [displacement[0], displacement[1]]
 }
 
-/// Published: (−7.18777, −66.1029) mm and (−0.469006, −16.9740) mm. The errors are 0.23 and 0.09 %, of either sign.
+/// Published: (−7.18777, −66.1029) mm and (−0.469006, −16.9740) mm. Errors of CSM1 are 2.0, 0.46, 0.115 and 0.030 % at 5, 9, 17
+/// and 33 across: of one sign, with order 2.
 #[test]
 fn the_beam_bends_as_published() {
     for (name, reference) in [("csm1", [-7.18777e-3, -66.1029e-3]), ("csm2", [-0.469006e-3, -16.9740e-3])] {
+        let found = [5, 9, 17].map(|across| tip(name, &[("body.0.counts", &beam(across)), ("time.step", "1.0")]));
+        let error = |component: usize| found.map(|tip| tip[component] / reference[component] - 1.0);
+        println!("{name}: u_x off by {:?}, u_y by {:?}", error(0), error(1));
+        for (component, most) in [(0, [0.045, 0.01, 0.003]), (1, [0.022, 0.005, 0.0013])] {
+            let errors = error(component);
+            assert!(errors.iter().zip(most).all(|(error, most)| *error > 0.0 && *error < most), "{name}: {errors:?}");
+        }
+        let [coarse, middle, fine] = found.map(|tip| tip[1]);
+        let order = ((coarse - middle) / (middle - fine)).log2();
+        println!("{name}: order {order:.2} towards its own limit");
+        assert!(order > 1.8, "{name}: {order}");
+        // Least-change weights err less, with either sign.
         for (across, tolerance) in [(5, 0.003), (9, 0.0015)] {
-            let found = tip(name, &[("body.0.counts", &beam(across))]);
-            println!("{name}, {across} across: {found:?}");
+            let found = tip(name, &[("body.0.counts", &beam(across)), ("body.0.weights", "\"balanced\"")]);
             assert!((found[1] / reference[1] - 1.0).abs() < tolerance, "{name}, {across}: {found:?}");
             assert!((found[0] / reference[0] - 1.0).abs() < 4.0 * tolerance, "{name}, {across}: {found:?}");
         }
-        // Without control of the zero-energy modes the lattice is soft, and converges with order 1.7.
+        // Without control of the zero-energy modes the lattice is soft: 11.6 and 3.0 %.
         let soft = [5, 9].map(|across| tip(name, &[("body.0.counts", &beam(across)), ("hourglass", "0.0")])[1]);
         let errors = soft.map(|y| y / reference[1] - 1.0);
-        assert!(errors[0] > 0.07 && errors[1] < 0.03, "{errors:?}");
+        assert!(errors[0] > 0.07 && (0.02..0.035).contains(&errors[1]), "{errors:?}");
     }
 }
 
@@ -52,22 +64,37 @@ fn nearly_incompressible_beams_neither_lock_nor_ring() {
         format!("{{ {name} = {{ density = 1000.0, youngs_modulus = 1.4e6, poissons_ratio = {nu} }} }}")
     };
     for name in ["neo_hookean", "nearly_incompressible"] {
-        for (across, tolerance) in [(5, 0.025), (9, 0.012)] {
-            let scaled = |nu: f64| {
+        for (across, tolerance) in [(5_u8, 0.025), (9, 0.012)] {
+            let across_lattice = beam(usize::from(across));
+            let scaled = |nu: f64, more: &[(&str, &str)]| {
                 let law = law(name, &number(nu));
                 let overrides =
-                    [("body.0.counts", &*beam(across)), weight, ("body.0.material", &law), ("time.step", "1.0")];
-                tip("csm1", &overrides)[1] / (1.0 - nu * nu)
+                    [("body.0.counts", &*across_lattice), weight, ("body.0.material", &law), ("time.step", "1.0")];
+                tip("csm1", &[&overrides[..], more].concat())[1] / (1.0 - nu * nu)
             };
-            let ratio = scaled(0.4999) / scaled(0.4);
-            println!("{name}, {across} across: {ratio}");
+            let controlled = scaled(0.4, &[]);
+            let ratio = scaled(0.4999, &[("hourglass", "3.0")]) / controlled;
+            let by_default = scaled(0.4999, &[]) / controlled;
+            println!("{name}, {across} across: {ratio} with the same control, {by_default} by default");
             assert!((ratio - 1.0).abs() < tolerance, "{name}, {across}: {ratio}");
+            // The default lets go of the control for the sake of the pressure: softer, by a second-order error.
+            let softer = (by_default - 1.0) * f64::from((across - 1) * (across - 1));
+            assert!((0.9..1.4).contains(&softer), "{name}, {across}: {by_default}");
         }
-        // The control resists what the pressure needs to be smooth: 0.08 at ν = 0.45, but 0.20 at 0.49 and 0.43 at 0.4999
-        // with the default coefficient. A tenth of it keeps the pressure of the lattice without control, 0.04.
-        for (nu, hourglass, most) in [("0.45", "3.0", 0.08), ("0.4999", "0.0", 0.04), ("0.4999", "0.1", 0.05)] {
+        // The control drives what the pressure needs to be smooth: 0.20 at ν = 0.49 and 0.43 at 0.4999 with α = 3. The
+        // default follows μ/λ: 0.11 at 0.49; without control it is 0.04.
+        for (nu, hourglass, most) in [
+            ("0.45", "", 0.08),
+            ("0.49", "", 0.12),
+            ("0.4999", "", 0.12),
+            ("0.4999", "0.0", 0.04),
+            ("0.4999", "3.0", 0.5),
+        ] {
             let law = law(name, nu);
-            let overrides = [("body.0.counts", &*beam(9)), weight, ("body.0.material", &law), ("hourglass", hourglass)];
+            let control = [("hourglass", hourglass)];
+            let control = if hourglass.is_empty() { &[][..] } else { &control[..] };
+            let overrides = [("body.0.counts", &*beam(9)), weight, ("body.0.material", &law)];
+            let overrides = [&overrides[..], control].concat();
             let mut prepared = prepared::<2>("csm1", &overrides);
             march(&mut prepared, |_, _| {});
             let found = roughness(&prepared.model, &prepared.model.pressures(&prepared.state.values));
@@ -107,14 +134,21 @@ fn first_trough(name: &str, overrides: &[(&str, &str)], at: [f64; 2]) -> (f64, f
     (t1 + shift * (t1 - t0), y1 + slope * shift + 0.5 * bend * shift * shift)
 }
 
-/// Published: −129.64 mm at 0.457 s.
+/// Published: −129.64 mm at 0.457 s. With Δt = 0.005 s: −132.11, −130.22, −129.80 mm at 5, 9, 17 across, order 2.2.
 #[test]
 fn the_swinging_beam_turns_where_published() {
-    let overrides = [("body.0.counts", "[71, 5]"), ("time.end", "0.5"), ("time.step", "0.01")];
-    let (time, depth) = first_trough("csm3", &overrides, [0.6, 0.2]);
-    println!("CSM3, 5 across: {depth} m at {time} s");
-    assert!((depth / -129.64e-3 - 1.0).abs() < 0.003, "{depth}");
-    assert!((time - 0.457).abs() < 0.004, "{time}");
+    let mut found = Vec::new();
+    for (across, weights, tolerance) in [(5, "balanced", 0.003), (5, "cells", 0.023), (9, "cells", 0.007)] {
+        let (counts, weights) = (beam(across), format!("\"{weights}\""));
+        let overrides =
+            [("body.0.counts", &*counts), ("body.0.weights", &*weights), ("time.end", "0.5"), ("time.step", "0.01")];
+        let (time, depth) = first_trough("csm3", &overrides, [0.6, 0.2]);
+        println!("CSM3, {across} across, {weights}: {depth} m at {time} s");
+        assert!((depth / -129.64e-3 - 1.0).abs() < tolerance, "{across}, {weights}: {depth}");
+        assert!((time - 0.457).abs() < 0.008, "{across}, {weights}: {time}");
+        found.push(depth);
+    }
+    assert!(found[1] < found[2] && found[2] < -129.64e-3, "from one side: {found:?}");
 }
 
 /// Two-dimensional elasticity: 0.25523 s and 0.26279 s.
@@ -239,8 +273,8 @@ fn a_step_with_viscosity_takes_out_what_the_ledger_says() {
     assert!(report.angular_momentum_drift.expect("free") < 1e-10);
 }
 
-/// Explicitly, too: momenta to rounding without upwinding; with it the energy falls in every step. The shear part of the
-/// upwinding is no central force, so angular momentum is not kept then (0.6 % lost in 0.2 s).
+/// Explicitly, too: momenta to rounding, with upwinding and without; with it the energy falls in every step. The source's
+/// shear part of the upwinding is no central force: with it angular momentum is lost.
 #[test]
 fn a_spinning_plate_keeps_momenta_explicitly() {
     let base = [
@@ -263,6 +297,17 @@ fn a_spinning_plate_keeps_momenta_explicitly() {
         before = now;
     });
     assert!(before < 0.999 * start, "the upwinding bites");
+    for interface in ["limited", "constant"] {
+        let drift = |shear: &str| {
+            let stabilisation = format!("{{ tau_v = 1.0, interface = \"{interface}\", shear = \"{shear}\" }}");
+            let report = report("spinning-plate", &[&base[..], &[("stabilisation", &*stabilisation)]].concat());
+            assert!(report.linear_momentum_drift.expect("free") < 1e-14, "{interface}, {shear}");
+            report.angular_momentum_drift.expect("free")
+        };
+        let (central, transverse) = (drift("central"), drift("transverse"));
+        println!("spinning plate, {interface}: angular momentum drifts by {central:.1e}, transverse {transverse:.1e}");
+        assert!(central < 1e-12 && transverse > 1e-4, "{interface}: {central:e}, {transverse:e}");
+    }
 }
 
 /// The discrete gradient is nearly symmetric: the factor of its symmetric part solves it in a few iterations.

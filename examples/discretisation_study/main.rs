@@ -10,6 +10,8 @@
 //! all, measured before everything else and alone.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program that reports as it goes on")]
 
+#[path = "../shared/basics.rs"]
+mod basics;
 mod case;
 mod measure;
 mod results;
@@ -90,7 +92,7 @@ type Cost = ((&'static str, f64), f64);
 
 /// Seconds of every kernel and smoothing: the least of several rounds, so that other work on the machine is not measured.
 fn costs(short: bool) -> Result<Vec<Cost>, String> {
-    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|error| error.to_string())?;
+    let alone = basics::alone()?;
     let mut costs = Vec::new();
     for &kernel in kernels(short) {
         for smoothing in smoothing(short) {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use nicolson::output::{LinePlot, LineSeries, Style};
 
+use super::basics::reason;
 use super::case::{CONTROL, Case, Matrices};
 use super::measure::{Found, Values};
 
@@ -101,10 +102,6 @@ impl Row {
     }
 }
 
-fn reason<E: std::fmt::Display>(path: &Path) -> impl FnOnce(E) -> String {
-    move |error| format!("{}: {error}", path.display())
-}
-
 /// Writes `discretisation-study.csv`, `.md`, `.svg` and `.png`.
 ///
 /// # Errors
@@ -191,5 +188,6 @@ fn picture(rows: &[Row]) -> LinePlot {
         ],
         log_x: true,
         log_y: true,
+        ..LinePlot::default()
     }
 }

@@ -1,11 +1,11 @@
 //! One case of the map: a scene, a scheme, a step, with or without upwinding.
 
-use std::path::Path;
 use std::time::Instant;
 
 use nicolson::output::{Cell, Tone};
-use nicolson::scene::Scene;
-use nicolson::simulation::{Ledger, Prepared, prepare};
+use nicolson::simulation::{Ledger, Prepared};
+
+use super::scenes;
 
 /// Total energy, over that at the start, from which on a run counts as blown up.
 const GROWN: f64 = 10.0;
@@ -176,8 +176,6 @@ impl Case {
             // As document 004; limited states dissipate next to nothing where the flow is smooth.
             ("stabilisation.interface", "constant".to_owned()),
         ];
-        let overrides = overrides.map(|(key, value)| (key.to_owned(), value));
-        let scene = Scene::parse(text, &self.scene, Path::new(""), &overrides).map_err(|errors| errors.to_string())?;
-        prepare::<2>(&scene).map_err(|error| error.to_string())
+        scenes::prepared::<2>(text, &self.scene, overrides)
     }
 }

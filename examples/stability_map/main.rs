@@ -11,8 +11,12 @@
 //! and `.png` beside it show the whole map, as far as it is known.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program that reports as it goes on")]
 
+#[path = "../shared/basics.rs"]
+mod basics;
 mod case;
 mod results;
+#[path = "../shared/scenes.rs"]
+mod scenes;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -22,6 +26,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use case::{Case, RATIOS, SCENES, SCHEMES, UPWINDING};
 use clap::Parser;
 use results::Results;
+use scenes::chosen;
 
 #[derive(Debug, Parser)]
 #[command(about = "Maps which time schemes bear which steps")]
@@ -50,11 +55,6 @@ struct Arguments {
     /// Time to reach, s [default: 100, or 5 with --short].
     #[arg(long, value_name = "TIME")]
     end: Option<f64>,
-}
-
-/// The values asked for, or all.
-fn chosen<T: Clone>(asked: &[T], all: impl IntoIterator<Item = T>) -> Vec<T> {
-    if asked.is_empty() { all.into_iter().collect() } else { asked.to_vec() }
 }
 
 impl Arguments {
@@ -92,8 +92,7 @@ fn map(arguments: &Arguments) -> Result<(), String> {
     let next = AtomicUsize::new(0);
     let done = AtomicUsize::new(0);
     let work = || -> Result<(), String> {
-        // The library shares loops among the threads of the pool it is called in: of this one, alone.
-        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|error| error.to_string())?;
+        let alone = basics::alone()?;
         while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
             let outcome = alone.install(|| case.run()).map_err(|error| format!("{case:?}: {error}"))?;
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use nicolson::output::{Cell, Panel, Panels, Tone};
 
+use super::basics::reason;
 use super::case::{Case, Ending, Outcome, RATIOS, SCENES, SCHEMES, UPWINDING};
 
 const COLUMNS: [&str; 15] = [
@@ -31,10 +32,6 @@ const COLUMNS: [&str; 15] = [
 pub struct Results {
     path: PathBuf,
     rows: Vec<Outcome>,
-}
-
-fn reason<E: std::fmt::Display>(path: &Path) -> impl FnOnce(E) -> String {
-    move |error| format!("{}: {error}", path.display())
 }
 
 impl Results {

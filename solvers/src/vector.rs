@@ -54,9 +54,35 @@ pub fn axpy(alpha: f64, x: &[f64], y: &mut [f64]) {
     }
 }
 
+/// Entries handled as one piece where nothing is summed.
+const PIECE: usize = 1 << 14;
+
 /// Index of the first entry that is NaN or infinite.
 pub fn first_not_finite(a: &[f64]) -> Option<usize> {
-    a.iter().position(|x| !x.is_finite())
+    // The exponent of what is not finite has all its bits set: a test without branches, for many at a time.
+    const EXPONENT: u64 = 0x7FF0_0000_0000_0000;
+    let bad = |x: &f64| u64::from(x.to_bits() & EXPONENT == EXPONENT);
+    let sound = |piece: &[f64]| piece.iter().map(bad).fold(0, |any, bad| any | bad) == 0;
+    let all_sound = if a.len() <= PIECE { sound(a) } else { a.par_chunks(PIECE).all(sound) };
+    if all_sound { None } else { a.iter().position(|x| !x.is_finite()) }
+}
+
+/// `out = f(out, a, b)`, entry by entry, long vectors by all threads.
+///
+/// # Panics
+/// If the lengths differ.
+pub fn combine(out: &mut [f64], a: &[f64], b: &[f64], f: impl Fn(f64, f64, f64) -> f64 + Sync) {
+    assert!(out.len() == a.len() && out.len() == b.len(), "combine: vectors of different length");
+    let piece = |out: &mut [f64], a: &[f64], b: &[f64]| {
+        for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
+            *out = f(*out, *a, *b);
+        }
+    };
+    if out.len() <= PIECE {
+        return piece(out, a, b);
+    }
+    let pieces = out.par_chunks_mut(PIECE).zip(a.par_chunks(PIECE)).zip(b.par_chunks(PIECE));
+    pieces.for_each(|((out, a), b)| piece(out, a, b));
 }
 
 #[cfg(test)]

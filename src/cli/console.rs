@@ -13,6 +13,8 @@ use crate::simulation::{Monitor, Plan, Progress};
 
 /// Seconds between two plain lines where there is no terminal.
 const QUIET_SECONDS: u64 = 5;
+/// Runs shorter than this, in s, are fast enough.
+const WORTH_A_HINT: f64 = 1.0;
 
 /// Prints an error message.
 pub fn complain(message: &str) {
@@ -148,6 +150,9 @@ impl Monitor for Console {
         for (name, probe) in &report.probes {
             println!("probe {name}: u = {:?} m", probe.displacement);
         }
+        if !report.linear.reason.is_empty() {
+            println!("linear solver: {}; {}", report.linear.solver, report.linear.reason);
+        }
         println!("{}", breakdown(report));
         if let Some(directory) = &self.directory {
             println!("results in {}", directory.display());
@@ -157,25 +162,15 @@ impl Monitor for Console {
 
 /// Where the time went, and what would help.
 fn breakdown(report: &Report) -> String {
-    let w = &report.wall_seconds;
-    let parts = [
-        ("set-up", w.setup, "fewer particles, or a smaller smoothing"),
-        ("rates", w.rate, "a larger step, or more threads"),
-        ("assembly", w.assembly, "newton.tangent = \"modified\" or \"lagged\""),
-        ("factorisation", w.factorisation, "newton.tangent = \"lagged\", or an iterative linear.solver"),
-        ("linear solves", w.solve, "newton.tangent = \"full\" (fewer iterations)"),
-        ("output", w.output, "a larger output.interval"),
-    ];
-    let total = w.total.max(f64::MIN_POSITIVE);
-    let mut text = String::from("time:");
-    for (name, seconds, _) in &parts {
-        text += &format!(" {name} {:.0} %", 100.0 * seconds / total);
-    }
-    if let Some((name, seconds, hint)) = parts.iter().max_by(|a, b| a.1.total_cmp(&b.1))
-        && *seconds > 0.5 * total
-        && total > 1.0
-    {
-        text += &format!("; most goes into {name}: {hint} would help");
+    let total = report.wall_seconds.total.max(f64::MIN_POSITIVE);
+    let share = |(name, seconds): (&str, f64)| {
+        let percent = (100.0 * seconds / total).round();
+        (percent > 0.0).then(|| format!("{name} {percent} %"))
+    };
+    let parts: Vec<String> = report.wall_seconds.parts().into_iter().filter_map(share).collect();
+    let mut text = format!("time: {}", parts.join(", "));
+    if !report.bottleneck.hint.is_empty() && total > WORTH_A_HINT {
+        text += &format!("\nmost of it is {}: {}", report.bottleneck.part, report.bottleneck.hint);
     }
     text
 }

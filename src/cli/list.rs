@@ -7,15 +7,16 @@ use super::DONE;
 use crate::scene::Scene;
 
 /// Choices by key, as in scene files.
-const CHOICES: [(&str, &str); 11] = [
+const CHOICES: [(&str, &str); 12] = [
     ("body.shape", "box, mapped_box, ring"),
     (
         "body.material",
         "linear_volumetric, hyperelastic_volumetric, linear_elastic, st_venant_kirchhoff, neo_hookean, mooney_rivlin, nearly_incompressible",
     ),
     ("body.kernel", "cubic_spline, wendland_c2, quintic_spline"),
-    ("body.weights", "auto, balanced, separate, single"),
+    ("body.weights", "auto, balanced, cells, separate, single"),
     ("body.cofactor", "geometric, evolved"),
+    ("body.volume_ratio", "auto, determinant, evolved"),
     ("time.scheme (explicit)", "forward_euler, tvd_rk2, tvd_rk3, rk4, rkc, velocity_verlet"),
     (
         "time.scheme (implicit)",

@@ -1,4 +1,4 @@
-//! The command line: `run`, `check`, `jacobian`, `list`.
+//! The command line: `run`, `check`, `jacobian`, `list`, and for results `render`, `report`, `plot`.
 //!
 //! Exit codes: 0 done; 2 wrong usage or scene; 3 the simulation failed numerically (or the disk
 //! refused), with the results so far on disk; 130 interrupted.
@@ -7,6 +7,9 @@ mod check;
 mod console;
 mod jacobian;
 mod list;
+mod plot;
+mod render;
+mod report;
 mod run;
 
 use std::ffi::OsString;
@@ -74,6 +77,12 @@ enum Command {
         #[arg(long, value_name = "FILE.mtx")]
         export_tangent: Option<PathBuf>,
     },
+    /// Draw frames of a run: a picture (PNG, SVG) or an animation (GIF).
+    Render(render::RenderArguments),
+    /// Plot a probe or a quantity of the history of several runs together.
+    Plot(plot::PlotArguments),
+    /// Write one HTML file that shows a run: ledger, convergence, histories, particles in motion. Works offline.
+    Report(report::ReportArguments),
     /// List schemes, solvers, laws and kernels, and the scenes of a directory.
     List {
         /// Directory with scene files.
@@ -120,6 +129,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Jacobian { scene, json, export_tangent } => {
             on_scene(&scene, |loaded| jacobian::jacobian(loaded, json, export_tangent.as_deref()))
         }
+        Command::Render(arguments) => render::render(arguments),
+        Command::Plot(arguments) => plot::plot(arguments),
+        Command::Report(arguments) => report::report(arguments),
         Command::List { directory } => list::list(&directory),
     }
 }

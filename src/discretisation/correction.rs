@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::{DiscretisationError, Neighbourhood, describe_particle};
 use crate::kernel;
 use crate::setup::KernelChoice;
-use crate::tensor::{Tensor, Vector, inverse, outer};
+use crate::tensor::{Tensor, Vector, determinant, inverse, outer};
 
 /// Kernel and weights of one body, as the correction needs them.
 #[derive(Debug, Clone, Copy)]
@@ -37,11 +37,73 @@ impl KernelCorrection<'_> {
         positions: &[Vector<D>],
         neighbourhood: &Neighbourhood,
     ) -> Result<Vec<Vector<D>>, DiscretisationError> {
+        let mut row = Vec::new();
+        self.append_row(a, positions, neighbourhood, &mut Vec::new(), &mut row)?;
+        Ok(row)
+    }
+
+    /// Weights of consecutive rows, one after the other. A row that repeats the one before it, as nearly all do on a
+    /// lattice, has its weights.
+    pub(super) fn rows<const D: usize>(
+        &self,
+        particles: std::ops::Range<usize>,
+        positions: &[Vector<D>],
+        neighbourhood: &Neighbourhood,
+    ) -> Result<Vec<Vector<D>>, DiscretisationError> {
+        let entries = neighbourhood.row(particles.start).start..neighbourhood.row(particles.end - 1).end;
+        let (mut weights, mut plain) = (Vec::with_capacity(entries.len()), Vec::new());
+        // The particle that began the present run, and where its weights begin.
+        let mut model = (particles.start, 0);
+        for a in particles {
+            let first = weights.len();
+            if a > model.0 && self.repeats(model.0, a, positions, neighbourhood) {
+                weights.extend_from_within(model.1..model.1 + neighbourhood.row(a).len());
+            } else {
+                self.append_row(a, positions, neighbourhood, &mut plain, &mut weights)?;
+                model = (a, first);
+            }
+        }
+        Ok(weights)
+    }
+
+    /// Whether two rows are the same but for rounding of the positions.
+    fn repeats<const D: usize>(
+        &self,
+        model: usize,
+        a: usize,
+        positions: &[Vector<D>],
+        neighbourhood: &Neighbourhood,
+    ) -> bool {
+        let (own, other) = (neighbourhood.of(a), neighbourhood.of(model));
+        let shift = (a - model) as u32;
+        if own.len() != other.len() || own.iter().zip(other).any(|(b, c)| *b != c + shift) {
+            return false;
+        }
+        let moved = positions[a] - positions[model];
+        let rounding = 8.0 * f64::EPSILON * positions[a].amax().max(positions[model].amax()).max(self.smoothing_length);
+        own.iter().zip(other).all(|(&b, &c)| {
+            let (b, c) = (b as usize, c as usize);
+            self.kernel_volumes[b] == self.kernel_volumes[c] && (positions[b] - positions[c] - moved).amax() <= rounding
+        })
+    }
+
+    /// [`row`](Self::row), appended to `weights`, with `plain` as space to work in.
+    ///
+    /// # Errors
+    /// As [`row`](Self::row).
+    pub(super) fn append_row<const D: usize>(
+        &self,
+        a: usize,
+        positions: &[Vector<D>],
+        neighbourhood: &Neighbourhood,
+        plain: &mut Vec<(f64, f64, Vector<D>)>,
+        weights: &mut Vec<Vector<D>>,
+    ) -> Result<(), DiscretisationError> {
         let (here, h) = (positions[a], self.smoothing_length);
         let neighbours = neighbourhood.of(a);
         let mut shepard = 0.0;
         let mut slope = Vector::<D>::zeros();
-        let mut plain: Vec<(f64, f64, Vector<D>)> = Vec::with_capacity(neighbours.len());
+        plain.clear();
         for &b in neighbours {
             let weight = self.kernel_volumes[b as usize];
             let towards = positions[b as usize] - here;
@@ -54,21 +116,28 @@ impl KernelCorrection<'_> {
         }
         slope /= shepard;
         let mut moment = Tensor::<D>::zeros();
-        let mut row: Vec<Vector<D>> = Vec::with_capacity(plain.len());
-        for (&b, (weight, value, gradient)) in neighbours.iter().zip(&plain) {
+        let first = weights.len();
+        for (&b, (weight, value, gradient)) in neighbours.iter().zip(plain.iter()) {
             let normalised = (gradient - slope * *value) * (*weight / shepard);
             moment += outer(&normalised, &(positions[b as usize] - here));
-            row.push(normalised);
+            weights.push(normalised);
         }
-        let correction = inverse(&moment).filter(|_| smallest_singular_value(&moment) > SMALLEST_MOMENT);
+        let correction = inverse(&moment).filter(|_| is_regular(&moment));
         let Some(correction) = correction else {
             return Err(degenerate(a, &here, neighbours.len() - 1));
         };
-        for weight in &mut row {
+        for weight in &mut weights[first..] {
             *weight = correction * *weight;
         }
-        Ok(row)
+        Ok(())
     }
+}
+
+/// Whether the smallest singular value is large enough. It is at least `|det|/|M|^(D−1)`, which is enough of an answer
+/// nearly everywhere.
+fn is_regular<const D: usize>(m: &Tensor<D>) -> bool {
+    let least = determinant(m).abs() / m.norm().powi(D as i32 - 1);
+    least > SMALLEST_MOMENT || smallest_singular_value(m) > SMALLEST_MOMENT
 }
 
 fn smallest_singular_value<const D: usize>(m: &Tensor<D>) -> f64 {
@@ -116,7 +185,7 @@ pub fn least_squares_weights<const D: usize>(
             moment += outer(d, d) / (length * length);
         }
     }
-    let inverse = inverse(&moment).filter(|_| smallest_singular_value(&moment) > SMALLEST_MOMENT);
+    let inverse = inverse(&moment).filter(|_| is_regular(&moment));
     let Some(inverse) = inverse else {
         return Err(degenerate(a, &here, directions.len() - 1));
     };

@@ -15,10 +15,12 @@ mod balance;
 mod correction;
 mod gradient;
 mod neighbours;
+mod stencils;
 
 pub use balance::BalanceReport;
+pub(crate) use balance::face_shares;
 pub use correction::{KernelCorrection, least_squares_weights};
-pub use gradient::{Gradient, plain_slope};
+pub use gradient::{BLOCK, Columns, Gradient, plain_slope};
 pub use neighbours::Neighbourhood;
 
 /// Why a cloud cannot be discretised: where, why, and what helps.

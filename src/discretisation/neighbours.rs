@@ -18,38 +18,30 @@ pub struct Neighbourhood {
 
 impl Neighbourhood {
     /// Finds all pairs closer than `radius[body]`, within each body. Bodies are ranges of particles
-    /// that together cover all positions; particles of different bodies never interact.
-    pub fn search<const D: usize>(positions: &[Vector<D>], bodies: &[(std::ops::Range<usize>, f64)]) -> Self {
-        let mut rows: Vec<Vec<u32>> = Vec::with_capacity(positions.len());
+    /// that together cover all positions; particles of different bodies never interact. Particles of one of the `cells`
+    /// are neighbours, however far apart.
+    pub fn search<'a, const D: usize>(
+        positions: &[Vector<D>],
+        bodies: &[(std::ops::Range<usize>, f64)],
+        cells: impl IntoIterator<Item = &'a [u32]>,
+    ) -> Self {
+        let (mut offsets, mut neighbours) = (Vec::with_capacity(positions.len() + 1), Vec::new());
+        offsets.push(0);
         for (range, radius) in bodies {
             // Pairs exactly at the edge of the support have weight zero; rounding must not decide
             // over them.
             let reach = radius * (1.0 - 1e-9);
-            rows.extend(search_body(positions, range.clone(), reach));
+            let parts = search_body(positions, range.clone(), reach);
+            neighbours.reserve(parts.iter().map(|part| part.neighbours.len()).sum());
+            for part in &parts {
+                for length in &part.lengths {
+                    offsets.push(offsets[offsets.len() - 1] + *length as usize);
+                }
+                neighbours.extend_from_slice(&part.neighbours);
+            }
         }
-        Self::from_rows(&rows)
-    }
-
-    fn from_rows(rows: &[Vec<u32>]) -> Self {
-        let mut offsets = Vec::with_capacity(rows.len() + 1);
-        offsets.push(0);
-        let mut neighbours = Vec::with_capacity(rows.iter().map(Vec::len).sum());
-        for row in rows {
-            neighbours.extend_from_slice(row);
-            offsets.push(neighbours.len());
-        }
-        let twins = (0..rows.len())
-            .into_par_iter()
-            .flat_map_iter(|a| {
-                let (offsets, neighbours) = (&offsets, &neighbours);
-                neighbours[offsets[a]..offsets[a + 1]].iter().map(move |&b| {
-                    let start = offsets[b as usize];
-                    let row = &neighbours[start..offsets[b as usize + 1]];
-                    // The search is symmetric, so the partner is always found.
-                    (start + row.partition_point(|&c| (c as usize) < a)) as u32
-                })
-            })
-            .collect();
+        add_missing(&mut offsets, &mut neighbours, cells);
+        let twins = twins(&offsets, &neighbours);
         Self { offsets, neighbours, twins }
     }
 
@@ -88,6 +80,11 @@ impl Neighbourhood {
         self.twins[entry] as usize
     }
 
+    /// The entries `(b, a)` of the neighbours of a particle, in the order of its row.
+    pub fn twins_of(&self, a: usize) -> &[u32] {
+        &self.twins[self.row(a)]
+    }
+
     /// Entry of a particle with itself.
     pub fn own_entry(&self, a: usize) -> usize {
         self.offsets[a] + self.of(a).partition_point(|&c| (c as usize) < a)
@@ -103,8 +100,64 @@ impl Neighbourhood {
     }
 }
 
+/// Adds the pairs of particles that share a cell and are not in each other's rows.
+fn add_missing<'a>(
+    offsets: &mut Vec<usize>,
+    neighbours: &mut Vec<u32>,
+    cells: impl IntoIterator<Item = &'a [u32]>,
+) {
+    let mut missing = Vec::new();
+    for cell in cells {
+        for &a in cell {
+            let row = &neighbours[offsets[a as usize]..offsets[a as usize + 1]];
+            missing.extend(cell.iter().filter(|b| row.binary_search(b).is_err()).map(|&b| (a, b)));
+        }
+    }
+    if missing.is_empty() {
+        return;
+    }
+    missing.sort_unstable();
+    missing.dedup();
+    let mut all = Vec::with_capacity(neighbours.len() + missing.len());
+    let mut starts = Vec::with_capacity(offsets.len());
+    starts.push(0);
+    let mut more = missing.into_iter().peekable();
+    for (a, bounds) in offsets.windows(2).enumerate() {
+        let start = all.len();
+        all.extend_from_slice(&neighbours[bounds[0]..bounds[1]]);
+        let own = all.len();
+        all.extend(std::iter::from_fn(|| more.next_if(|&(owner, _)| owner as usize == a)).map(|(_, b)| b));
+        if all.len() > own {
+            all[start..].sort_unstable();
+        }
+        starts.push(all.len());
+    }
+    (*offsets, *neighbours) = (starts, all);
+}
+
+/// The entries `(b, a)` of all entries `(a, b)`: rows are symmetric and ascending, so that the entries of row b are met
+/// in their order.
+fn twins(offsets: &[usize], neighbours: &[u32]) -> Vec<u32> {
+    let mut next: Vec<u32> = offsets.iter().map(|&start| start as u32).collect();
+    let twin = |&b: &u32| {
+        let next = &mut next[b as usize];
+        *next += 1;
+        *next - 1
+    };
+    neighbours.iter().map(twin).collect()
+}
+
+/// Particles that one thread takes at a time.
+const CHUNK: usize = 2048;
+
+/// The rows of some consecutive particles.
+struct Part {
+    lengths: Vec<u32>,
+    neighbours: Vec<u32>,
+}
+
 /// Cell-list search of one body.
-fn search_body<const D: usize>(positions: &[Vector<D>], range: std::ops::Range<usize>, reach: f64) -> Vec<Vec<u32>> {
+fn search_body<const D: usize>(positions: &[Vector<D>], range: std::ops::Range<usize>, reach: f64) -> Vec<Part> {
     let points = &positions[range.clone()];
     if points.is_empty() {
         return Vec::new();
@@ -126,7 +179,7 @@ fn search_body<const D: usize>(positions: &[Vector<D>], range: std::ops::Range<u
 
     let total: usize = counts.iter().product();
     let mut starts = vec![0usize; total + 1];
-    let cells: Vec<usize> = points.iter().map(|p| flat(index_of(p))).collect();
+    let cells: Vec<usize> = points.par_iter().map(|p| flat(index_of(p))).collect();
     for &c in &cells {
         starts[c + 1] += 1;
     }
@@ -140,33 +193,47 @@ fn search_body<const D: usize>(positions: &[Vector<D>], range: std::ops::Range<u
         next[c] += 1;
     }
 
-    points
-        .par_iter()
-        .map(|p| {
-            let centre = index_of(p);
-            let mut row = Vec::new();
-            for step in 0..3usize.pow(D as u32) {
-                let mut rest = step;
-                let mut index = [0usize; D];
-                let mut inside = true;
-                for i in 0..D {
-                    let shifted = centre[i] + rest % 3;
-                    rest /= 3;
-                    inside &= shifted >= 1 && shifted <= counts[i];
-                    index[i] = shifted.wrapping_sub(1);
-                }
-                if !inside {
-                    continue;
-                }
-                let c = flat(index);
-                for &m in &members[starts[c]..starts[c + 1]] {
-                    if (points[m as usize] - p).norm_squared() < reach * reach {
-                        row.push(range.start as u32 + m);
-                    }
+    // Beside each other what is read together.
+    let sorted: Vec<Vector<D>> = members.iter().map(|&m| points[m as usize]).collect();
+    let row_of = |p: &Vector<D>, row: &mut Vec<u32>| {
+        let centre = index_of(p);
+        // Cells beside each other in the first direction follow each other.
+        let along = centre[0].saturating_sub(1)..(centre[0] + 2).min(counts[0]);
+        for step in 0..3usize.pow(D as u32 - 1) {
+            let mut rest = step;
+            let mut index = [0usize; D];
+            let mut inside = true;
+            for i in 1..D {
+                let shifted = centre[i] + rest % 3;
+                rest /= 3;
+                inside &= shifted >= 1 && shifted <= counts[i];
+                index[i] = shifted.wrapping_sub(1);
+            }
+            if !inside {
+                continue;
+            }
+            let first = flat(index);
+            let near = starts[first + along.start]..starts[first + along.end];
+            for (x, &m) in sorted[near.clone()].iter().zip(&members[near]) {
+                if (x - p).norm_squared() < reach * reach {
+                    row.push(range.start as u32 + m);
                 }
             }
-            row.sort_unstable();
-            row
+        }
+        row.sort_unstable();
+    };
+    points
+        .par_chunks(CHUNK)
+        .map(|points| {
+            let (mut lengths, mut neighbours) = (Vec::with_capacity(points.len()), Vec::new());
+            let mut row = Vec::new();
+            for p in points {
+                row.clear();
+                row_of(p, &mut row);
+                lengths.push(row.len() as u32);
+                neighbours.extend_from_slice(&row);
+            }
+            Part { lengths, neighbours }
         })
         .collect()
 }
@@ -187,7 +254,7 @@ mod tests {
     #[test]
     fn the_search_finds_exactly_the_pairs_of_a_direct_test() {
         let points = cloud(400);
-        let table = Neighbourhood::search(&points, &[(0..250, 0.13), (250..400, 0.2)]);
+        let table = Neighbourhood::search(&points, &[(0..250, 0.13), (250..400, 0.2)], []);
         for a in 0..400 {
             let (body, reach) = if a < 250 { (0..250, 0.13) } else { (250..400, 0.2) };
             let expected: Vec<u32> =
@@ -207,7 +274,7 @@ mod tests {
         let points: Vec<Vector<2>> = (0..15 * 15).map(|i| Vector::<2>::new((i % 15) as f64, (i / 15) as f64)).collect();
         let centre = 7 * 15 + 7;
         for (support, one, two) in [(2.0, 9, 25), (2.4, 21, 69), (3.0, 25, 81)] {
-            let table = Neighbourhood::search(&points, &[(0..points.len(), support)]);
+            let table = Neighbourhood::search(&points, &[(0..points.len(), support)], []);
             assert_eq!(table.of(centre).len(), one);
             assert_eq!(table.two_ring(centre).len(), two);
         }

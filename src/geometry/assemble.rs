@@ -67,7 +67,7 @@ pub(super) fn assemble<const D: usize>(
         positions: parts.iter().map(|(_, part)| lattice.place(&(part.moment / part.volume))).collect(),
         volumes: parts.iter().map(|(_, part)| part.volume * cell * scale).collect(),
         kernel_volumes: vec![cell; parts.len()],
-        faces: Vec::new(),
+        ..Particles::default()
     };
     let patches = || parts.iter().flat_map(|(_, part)| &part.patches);
     let open: Vector<D> = patches().map(|patch| patch.area).sum();

@@ -193,6 +193,7 @@ impl<const D: usize> BoxLattice<D> {
             volumes: Vec::with_capacity(total),
             kernel_volumes: vec![kernel_volume; total],
             faces: Vec::new(),
+            cells: self.vertex_cells(),
         };
         let mut index = [0; D];
         for particle in 0..total {
@@ -218,6 +219,24 @@ impl<const D: usize> BoxLattice<D> {
             advance(&mut index, &counts);
         }
         particles
+    }
+
+    /// The cells by their particles, where all of these are corners; see [`Particles::cells`].
+    pub(super) fn vertex_cells(&self) -> Vec<u32> {
+        if self.layout.contains(&Layout::Cell) {
+            return Vec::new();
+        }
+        let counts = self.counts();
+        let mut index = [0; D];
+        let mut corners = Vec::with_capacity(self.cells.iter().product::<usize>() << D);
+        for _ in 0..self.cells.iter().product() {
+            for code in 0..1_usize << D {
+                let flat = (0..D).rev().fold(0, |flat, axis| flat * counts[axis] + index[axis] + (code >> axis & 1));
+                corners.push(flat as u32);
+            }
+            advance(&mut index, &self.cells);
+        }
+        corners
     }
 
     /// Corner of the cells with that index.

@@ -15,13 +15,10 @@
 use nalgebra::SVector;
 
 use super::lattice::{BoxLattice, Layout, advance};
+use super::multilinear::{gauss, image, slope};
 use crate::setup::{Face, Particles, Side};
-use crate::tensor::{Tensor, Vector, cofactor, determinant};
+use crate::tensor::{Vector, cofactor, determinant};
 
-/// Places and weight of Gauss's rule with two points on [0, 1]: exact for cubic polynomials, and the
-/// integrands here are of third degree in each direction at most.
-const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
-const GAUSS_WEIGHT: f64 = 0.5;
 /// Pieces of a face whose normals differ by less are one piece.
 const SAME_NORMAL: f64 = 1e-11;
 
@@ -151,6 +148,7 @@ impl<const D: usize> MappedLattice<D> {
             volumes: vec![0.0; total],
             kernel_volumes: Vec::with_capacity(total),
             faces: Vec::new(),
+            cells: self.lattice.vertex_cells(),
         };
         let mut shifts = vec![Vector::<D>::zeros(); total];
         let mut pieces: Vec<Face<D>> = Vec::new();
@@ -282,38 +280,6 @@ fn shape_across<const D: usize>(member: &[Member; D], without: usize, place: &Ve
         .product()
 }
 
-/// Image of a place in the unit cube under the multilinear map of a cell.
-fn image<const D: usize>(corners: &[Vector<D>], place: &Vector<D>) -> Vector<D> {
-    let weight = |code: usize| -> f64 {
-        (0..D).map(|axis| if code >> axis & 1 == 1 { place[axis] } else { 1.0 - place[axis] }).product()
-    };
-    // From one corner, so that the place in space costs no digits.
-    let origin = corners[0];
-    corners.iter().enumerate().fold(origin, |sum, (code, corner)| sum + (corner - origin) * weight(code))
-}
-
-/// Derivative of [`image`]: columns are the directions of the unit cube.
-fn slope<const D: usize>(corners: &[Vector<D>], place: &Vector<D>) -> Tensor<D> {
-    let mut slope = Tensor::<D>::zeros();
-    for axis in 0..D {
-        let column = (0..corners.len()).filter(|code| code >> axis & 1 == 0).fold(Vector::<D>::zeros(), |sum, code| {
-            let weight: f64 = (0..D)
-                .filter(|other| *other != axis)
-                .map(|other| if code >> other & 1 == 1 { place[other] } else { 1.0 - place[other] })
-                .product();
-            sum + (corners[code | 1 << axis] - corners[code]) * weight
-        });
-        slope.set_column(axis, &column);
-    }
-    slope
-}
-
-/// Points and weights of the quadrature on the unit cube.
-fn gauss<const D: usize>() -> Vec<(Vector<D>, f64)> {
-    let point = |code: usize| Vector::from_fn(|axis, _| GAUSS[code >> axis & 1]);
-    (0..1 << D).map(|code| (point(code), GAUSS_WEIGHT.powi(D as i32))).collect()
-}
-
 /// All cells, first direction fastest.
 fn cells<const D: usize>(counts: &[usize; D]) -> impl Iterator<Item = [usize; D]> {
     let counts = *counts;
@@ -359,6 +325,7 @@ mod tests {
     use approx::assert_relative_eq;
 
     use super::*;
+    use crate::tensor::Tensor;
 
     /// What the faces enclose and what the particles add up to must agree, to the first moments.
     fn consistent<const D: usize>(mapped: &MappedLattice<D>, what: &str) {

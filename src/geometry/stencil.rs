@@ -50,6 +50,9 @@ pub fn stencil_volumes<const D: usize>(
             return Err(shares[axis]);
         }
     }
+    if shares.iter().any(|share| *share != 0.0) {
+        particles.cells.clear();
+    }
     for (a, volume) in particles.volumes.iter_mut().enumerate() {
         let mut rest = a;
         let factor: f64 = (0..D)

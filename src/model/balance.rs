@@ -27,6 +27,16 @@ impl Energies {
     }
 }
 
+impl std::iter::Sum for Energies {
+    fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
+        terms.fold(Self::default(), |sum, term| Self {
+            kinetic: sum.kinetic + term.kinetic,
+            internal: sum.internal + term.internal,
+            hourglass: sum.hourglass + term.hourglass,
+        })
+    }
+}
+
 /// Sums over particles in chunks of this length, in order: independent of the number of threads.
 const CHUNK: usize = 1024;
 
@@ -46,18 +56,27 @@ impl<const D: usize> Model<D> {
         Vector::from_column_slice(&state[start..start + D])
     }
 
-    /// Kinetic and internal energy, and that of the hourglass control.
+    /// Kinetic and internal energy, and that of the hourglass control, in one sweep.
     pub fn energies(&self, state: &[f64]) -> Energies {
-        let ratios = self.volume_ratios(state);
-        Energies {
-            kinetic: self.sum(|a| 0.5 * self.masses[a] * self.velocity(state, a).norm_squared()),
-            internal: self.sum(|a| {
-                let material = self.material(a);
-                let solid = material.solid.map_or(0.0, |solid| solid.energy(&self.deformation(state, a)));
-                self.setup.particles.volumes[a] * (material.energy(ratios[a]) + solid)
-            }),
-            hourglass: self.hourglass_energy(self.displacements(state)),
-        }
+        let (displacement, near) = (self.displacements(state), &self.gradient.neighbourhood);
+        self.sum(|a| {
+            let material = self.material(a);
+            let needed = material.solid.is_some() || self.hourglass.is_some();
+            let gradient = needed.then(|| self.gradient.of(a, displacement));
+            let density = match (&material.solid, &gradient) {
+                (Some(solid), Some(gradient)) => {
+                    let deformation = Tensor::identity() + gradient;
+                    material.energy(self.volume_ratio_in(state, a, &deformation)) + solid.energy(&deformation)
+                }
+                _ => material.energy(self.volume_ratio(state, a)),
+            };
+            let control = self.hourglass.as_ref().zip(gradient.as_ref());
+            Energies {
+                kinetic: 0.5 * self.masses[a] * self.velocity(state, a).norm_squared(),
+                internal: self.setup.particles.volumes[a] * density,
+                hourglass: control.map_or(0.0, |(control, gradient)| control.energy(a, near, displacement, gradient)),
+            }
+        })
     }
 
     /// Linear momentum `Σ m v`, kg m/s.
@@ -203,7 +222,7 @@ impl<const D: usize> Model<D> {
     /// Cauchy stress of a particle with its part across the directions left out, Pa, without viscosity.
     pub fn cauchy_stress(&self, state: &[f64], a: usize) -> Tensor<3> {
         let material = self.material(a);
-        let mut stress = Tensor::<3>::identity() * -material.pressure(self.volume_ratios(state)[a]);
+        let mut stress = Tensor::<3>::identity() * -material.pressure(self.volume_ratio(state, a));
         let Some(solid) = material.solid else { return stress };
         let f = self.deformation(state, a);
         let (ratio, pressure) = solid.pressure(&f);

@@ -5,12 +5,13 @@ use nicolson_solvers::time::System;
 use super::evaluation::Workspace;
 use super::linearisation::Linearisation;
 use super::loads::Loads;
+use super::rate::RateSpace;
 use super::stage::Stage;
 use super::unknowns::{Numbering, Unknowns};
-use super::{Clocks, Model, Terms};
+use super::{Clocks, Model, Terms, volume};
 use crate::discretisation::{DiscretisationError, Gradient, describe_particle};
 use crate::material::Material;
-use crate::setup::{Body, CofactorChoice, Constraint, InterfaceChoice, Setup, WeightChoice};
+use crate::setup::{Body, CofactorChoice, Constraint, InterfaceChoice, Setup, VolumeRatioChoice, WeightChoice};
 use crate::stabilisation::{Hourglass, Upwind, default_hourglass};
 use crate::tensor::{Tensor, determinant};
 
@@ -36,6 +37,14 @@ pub enum ModelError {
         "unknowns = \"velocity\" needs tau_p = 0: with D_p the volume ratios are coupled; use \"velocity_jacobian\" or \"auto\""
     )]
     UnknownsNeedJacobian,
+    /// A volume ratio that follows the determinant, where it cannot.
+    #[error(
+        "body '{body}': volume_ratio = \"determinant\" needs tau_p = 0 and unknowns = \"velocity\"; use \"evolved\" or \"auto\""
+    )]
+    VolumeRatioIsCoupled {
+        /// Name of the body.
+        body: String,
+    },
 }
 
 /// CFL factor of document 004, used where a scene gives none.
@@ -61,13 +70,26 @@ impl<const D: usize> Model<D> {
         let materials: Vec<(Material, CofactorChoice)> =
             setup.bodies.iter().map(|body| (body.material, cofactor(body))).collect();
         let laws: Vec<&Material> = body_of.iter().map(|&body| &materials[body as usize].0).collect();
+        let coupled = setup.stabilisation.is_some_and(|s| s.tau_p != 0.0);
+        let unknowns = match unknowns {
+            None if coupled => Unknowns::VelocityJacobian,
+            None => Unknowns::Velocity,
+            Some(Unknowns::Velocity) if coupled => return Err(ModelError::UnknownsNeedJacobian),
+            Some(kind) => kind,
+        };
+        if let Some(body) = setup.bodies.iter().find(|body| body.volume_ratio == VolumeRatioChoice::Determinant)
+            && (coupled || unknowns != Unknowns::Velocity)
+        {
+            return Err(ModelError::VolumeRatioIsCoupled { body: body.name.clone() });
+        }
+        let evolved = setup.bodies.iter().map(|body| volume::is_evolved(body, unknowns, coupled)).collect();
         let masses: Vec<f64> = setup.particles.volumes.iter().zip(&laws).map(|(v, law)| v * law.density).collect();
 
         let gradient = Gradient::build(&setup.bodies, &setup.particles)?;
         // Only now it is known which bodies could be balanced; those that asked for it have a report.
         let mut reports = gradient.balance.iter();
         for body in &mut setup.bodies {
-            let asked = matches!(body.weights, WeightChoice::Balanced | WeightChoice::Auto);
+            let asked = !matches!(body.weights, WeightChoice::Separate | WeightChoice::Single);
             let balanced = asked && reports.next().is_some_and(|report| report.balanced);
             body.hourglass.get_or_insert(default_hourglass(&body.material, balanced));
         }
@@ -77,13 +99,6 @@ impl<const D: usize> Model<D> {
         };
         let moduli: Vec<f64> = laws.iter().map(|law| law.hourglass_modulus()).collect();
         let hourglass = Hourglass::build(&setup.bodies, &setup.particles, &gradient.neighbourhood, &moduli, &masses);
-        let coupled = upwind.as_ref().is_some_and(Upwind::has_pressure);
-        let unknowns = match unknowns {
-            None if coupled => Unknowns::VelocityJacobian,
-            None => Unknowns::Velocity,
-            Some(Unknowns::Velocity) if coupled => return Err(ModelError::UnknownsNeedJacobian),
-            Some(kind) => kind,
-        };
         let neighbourhood = &gradient.neighbourhood;
         let reach =
             (0..count).map(|a| neighbourhood.row(a).map(|entry| gradient.weights[entry].norm()).sum()).collect();
@@ -94,10 +109,13 @@ impl<const D: usize> Model<D> {
             .map(|(a, b)| (positions[b] - positions[a]).norm())
             .fold(f64::INFINITY, f64::min);
         let reconstructed = upwind.as_ref().is_some_and(|u| u.options.interface.reconstructs());
+        let loads = Loads::new(&setup, &gradient.neighbourhood, &masses)?;
         let mut model = Self {
             unknowns: Numbering::new(unknowns, &setup),
-            loads: Loads::new(&setup, &masses),
+            loads,
             workspace: Workspace::new(count, upwind.is_some(), reconstructed, hourglass.is_some()),
+            viscous: materials.iter().any(|(law, _)| law.viscosity.is_some()),
+            rates: RateSpace::new(&setup),
             stage: Stage::default(),
             linearisation: Linearisation::default(),
             linear: false,
@@ -109,6 +127,8 @@ impl<const D: usize> Model<D> {
             upwind,
             hourglass,
             materials,
+            evolved,
+            volume_constants: Vec::new(),
             body_of,
             masses,
             reach,
@@ -133,6 +153,7 @@ impl<const D: usize> Model<D> {
             }
         }
         self.impose(0.0, &mut state);
+        let mut constants = Vec::with_capacity(count);
         for a in 0..count {
             let place = || describe_particle(a, &self.setup.particles.positions[a]);
             let material = self.material(a);
@@ -158,7 +179,10 @@ impl<const D: usize> Model<D> {
                 });
             }
             state[2 * count * D + a] = ratio;
+            constants.push(self.volume_constant(a, ratio, det).unwrap_or(1.0));
         }
+        let prestressed = self.setup.initial.pressure.is_some() && self.evolved.contains(&false);
+        self.volume_constants = if prestressed { constants } else { Vec::new() };
         Ok(state)
     }
 

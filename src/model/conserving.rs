@@ -117,7 +117,11 @@ impl<const D: usize> ConservingSystem for Model<D> {
         let start = (0..n).map(|a| {
             let deformation = Tensor::identity() + self.gradient.of(a, &from[..n * D]);
             let determinant = determinant(&deformation);
-            let volume_ratio = from[2 * n * D + a];
+            let volume_ratio = if self.evolves_volume(a) {
+                from[2 * n * D + a]
+            } else {
+                self.follow(a, self.initial_volume_constant(a), determinant).0
+            };
             let ratio = match self.cofactor_choice(a) {
                 CofactorChoice::Geometric => 1.0,
                 CofactorChoice::Evolved => volume_ratio / determinant,
@@ -148,7 +152,9 @@ impl<const D: usize> ConservingSystem for Model<D> {
                 state[u] = 2.0 * trial[u] - base[u];
                 state[v] = 2.0 * trial[v] - base[v];
             }
-            state[2 * n * D + a] = self.workspace.points[a].volume_ratio;
+            if self.evolves_volume(a) {
+                state[2 * n * D + a] = self.workspace.points[a].volume_ratio;
+            }
         }
         let end = self.stage.time + self.stage.shift;
         self.impose(end, state);

@@ -31,10 +31,10 @@ pub enum VolumeRatios<'a, const D: usize> {
         /// Shift `s`.
         shift: f64,
     },
-    /// They follow the determinant, `J = (J₀/det F₀) det F`: what their rate equation integrates to.
+    /// All of them follow the determinant: what their rate equation integrates to.
     Equilibrium {
-        /// `J₀/det F₀`.
-        ratio: &'a [f64],
+        /// The constants of that integral, see `volume`.
+        constants: &'a [f64],
     },
     /// A discrete-gradient step: displacements and velocities are means over the step, and the stress
     /// is the one that conserves energy from this start.
@@ -68,16 +68,20 @@ pub struct Point<const D: usize> {
 }
 
 impl<const D: usize> Point<D> {
-    const REST: fn() -> Self = || Self {
-        deformation: Tensor::identity(),
-        velocity_gradient: Tensor::zeros(),
-        cofactor: Tensor::identity(),
-        volume_ratio: 1.0,
-        rate: 0.0,
-        pressure: 0.0,
-        wave_speed: 0.0,
-        force: Vector::zeros(),
-    };
+    /// A particle at rest.
+    #[inline(always)]
+    pub fn rest() -> Self {
+        Self {
+            deformation: Tensor::identity(),
+            velocity_gradient: Tensor::zeros(),
+            cofactor: Tensor::identity(),
+            volume_ratio: 1.0,
+            rate: 0.0,
+            pressure: 0.0,
+            wave_speed: 0.0,
+            force: Vector::zeros(),
+        }
+    }
 }
 
 /// Results of the last evaluation.
@@ -98,9 +102,8 @@ pub struct Workspace<const D: usize> {
 impl<const D: usize> Workspace<D> {
     /// Space for `n` particles.
     pub fn new(n: usize, stabilised: bool, reconstructed: bool, controlled: bool) -> Self {
-        let rest = Point::<D>::REST;
         Self {
-            points: vec![rest(); n],
+            points: vec![Point::rest(); n],
             stress: vec![Tensor::zeros(); n],
             slopes: if reconstructed { vec![(Tensor::zeros(), Vector::zeros()); n] } else { Vec::new() },
             pairs: if stabilised { vec![(Vector::zeros(), 0.0); n] } else { Vec::new() },
@@ -148,11 +151,16 @@ impl<const D: usize> Model<D> {
         let mut workspace = std::mem::replace(&mut self.workspace, Workspace::new(0, false, false, false));
         let (model, bad) = (&*self, AtomicUsize::new(usize::MAX));
         let deformed = model.upwind.as_ref().is_some_and(|upwind| upwind.options.deformed_wave_speed);
+        let conserving = matches!(volume_ratios, VolumeRatios::Conserving { .. });
         workspace.points.par_iter_mut().zip(workspace.stress.par_iter_mut()).with_min_len(GRAIN).enumerate().for_each(
             |(a, (point, stress))| {
                 let gradient = model.gradient.of(a, displacement);
                 point.deformation = Tensor::identity() + gradient;
-                point.velocity_gradient = model.gradient.of(a, velocity);
+                point.velocity_gradient = if model.needs_velocity_gradient(a, conserving) {
+                    model.gradient.of(a, velocity)
+                } else {
+                    Tensor::zeros()
+                };
                 let solid = model.constitutive(a, volume_ratios, point).unwrap_or_else(|_| {
                     bad.fetch_min(a, Ordering::Relaxed);
                     Tensor::zeros()
@@ -183,7 +191,8 @@ impl<const D: usize> Model<D> {
 
     /// The law at one particle: cofactor, J, its rate by H:L, and pressure, from F and L. Returns the part of the
     /// stress that does not come from J.
-    fn constitutive(
+    #[inline]
+    pub(super) fn constitutive(
         &self,
         a: usize,
         volume_ratios: VolumeRatios<'_, D>,
@@ -196,18 +205,28 @@ impl<const D: usize> Model<D> {
         let f = &point.deformation;
         let l = &point.velocity_gradient;
         let det = determinant(f);
-        match self.cofactor_choice(a) {
-            CofactorChoice::Geometric => {
+        let constant = match volume_ratios {
+            VolumeRatios::Equilibrium { constants } => Some(constants[a]),
+            _ if self.evolves_volume(a) => None,
+            _ => Some(self.initial_volume_constant(a)),
+        };
+        match (constant, self.cofactor_choice(a)) {
+            (Some(constant), _) => {
+                let (ratio, factor) = self.follow(a, constant, det);
+                point.volume_ratio = ratio;
+                point.cofactor = cofactor(f) * factor;
+                point.rate = 0.0;
+            }
+            (None, CofactorChoice::Geometric) => {
                 point.cofactor = cofactor(f);
                 point.rate = contract(&point.cofactor, l);
                 point.volume_ratio = match volume_ratios {
                     VolumeRatios::Given(j) => j[a],
                     VolumeRatios::Stage { base, shift } => base[a] + shift * point.rate,
-                    VolumeRatios::Equilibrium { ratio } => ratio[a] * det,
-                    VolumeRatios::Conserving { .. } => point.volume_ratio,
+                    VolumeRatios::Equilibrium { .. } | VolumeRatios::Conserving { .. } => point.volume_ratio,
                 };
             }
-            CofactorChoice::Evolved => {
+            (None, CofactorChoice::Evolved) => {
                 let transposed = inverse(f).ok_or(Failure::Determinant)?.transpose();
                 let divergence = contract(&transposed, l);
                 point.volume_ratio = match volume_ratios {
@@ -220,21 +239,17 @@ impl<const D: usize> Model<D> {
                         }
                         base[a] / denominator
                     }
-                    VolumeRatios::Equilibrium { ratio } => ratio[a] * det,
-                    VolumeRatios::Conserving { .. } => point.volume_ratio,
+                    VolumeRatios::Equilibrium { .. } | VolumeRatios::Conserving { .. } => point.volume_ratio,
                 };
                 point.cofactor = transposed * point.volume_ratio;
                 point.rate = point.volume_ratio * divergence;
             }
         }
         if !self.terms.volume_rate
+            && constant.is_none()
             && let VolumeRatios::Stage { base, .. } = volume_ratios
         {
             point.volume_ratio = base[a];
-        }
-        if !material.evolves_volume() && matches!(volume_ratios, VolumeRatios::Stage { .. }) {
-            // Nothing reads J but the output: there it is exact.
-            point.volume_ratio = det;
         }
         if material.needs_positive_ratio() && point.volume_ratio <= 0.0 {
             return Err(Failure::VolumeRatio);

@@ -1,11 +1,11 @@
 //! The hourglass control as part of the model: forces, their variation and their entries in the tangent.
 //!
-//! All of it is linear in the displacements, so one function serves values and variations.
+//! All of it is linear in the displacements: one function serves values and variations, and the derivatives are found
+//! once per run.
 
 use rayon::prelude::*;
 
 use super::Model;
-use super::assembly::Block;
 use super::evaluation::GRAIN;
 use super::slots::Slots;
 use crate::stabilisation::Hourglass;
@@ -35,33 +35,48 @@ impl<const D: usize> Model<D> {
         self.workspace.hourglass = forces;
     }
 
-    /// Gradients of a variation of displacements, which the pair forces need of all neighbours; empty without
-    /// the control.
-    pub(super) fn hourglass_gradients(&self, displacement: &[f64]) -> Vec<Tensor<D>> {
-        let count = if self.active_hourglass().is_some() { self.particles() } else { 0 };
-        (0..count).into_par_iter().with_min_len(GRAIN).map(|a| self.gradient.of(a, displacement)).collect()
+    /// Adds the derivatives of the force on particle `a` to the blocks of its members, which follow one for others.
+    pub(super) fn add_hourglass(&self, a: usize, members: &[u32], blocks: &mut [Tensor<D>], scale: f64) {
+        if self.active_hourglass().is_none() {
+            return;
+        }
+        let add = |(block, value): (&mut Tensor<D>, &f64)| (0..D).for_each(|i| block[(i, i)] += scale * value);
+        let blocks = blocks[1..].iter_mut();
+        match self.linearisation.slots.get().filter(|slots| slots.ring(a).len() == members.len()) {
+            Some(slots) => {
+                let values = self.linearisation.hourglass.get_or_init(|| self.hourglass_stiffness(slots));
+                blocks.zip(&values[slots.ring_range(a)]).for_each(add);
+            }
+            // Without the two-rings there is no room for what belongs to them.
+            None => blocks.zip(&self.hourglass_row(a, members)).for_each(add),
+        }
     }
 
-    /// `Π`, J.
-    pub(super) fn hourglass_energy(&self, displacement: &[f64]) -> f64 {
-        let (Some(control), near) = (&self.hourglass, &self.gradient.neighbourhood) else { return 0.0 };
-        self.sum(|a| control.energy(a, near, displacement, &self.gradient.of(a, displacement)))
-    }
-
-    /// Adds the derivatives of the force on particle `a`. With `s_cd = ½ k_cd X_cd·g_ca`,
+    /// Derivatives of the forces with respect to displacements, N/m, one number per member of every ring. With
+    /// `s_cd = ½ k_cd X_cd·g_ca`,
     ///
     /// ```text
     /// f_a = Σ_c Σ_d s_cd [(u_d − u_c) − G_c X_cd] + Σ_b k_ab [(u_b − u_a) − ½ (G_a + G_b) X_ab]
     /// ```
     ///
     /// so that the part through `G_c` is one vector per neighbour c, spread over c's neighbours.
-    pub(super) fn hourglass_blocks(&self, a: usize, slots: &Slots, blocks: &mut [Block<D>]) {
-        let Some(control) = self.active_hourglass() else { return };
+    fn hourglass_stiffness(&self, slots: &Slots) -> Vec<f64> {
+        let rows = (0..self.particles()).into_par_iter().with_min_len(GRAIN);
+        rows.flat_map_iter(|a| self.hourglass_row(a, slots.ring(a))).collect()
+    }
+
+    /// The row of `a`, for the given members of its ring, ascending.
+    fn hourglass_row(&self, a: usize, members: &[u32]) -> Vec<f64> {
+        let mut out = vec![0.0; members.len()];
+        let Some(control) = &self.hourglass else { return out };
         let near = &self.gradient.neighbourhood;
-        let own_slot = slots.position(a, a);
-        let mut add = |slot: usize, value: f64| {
-            for i in 0..D {
-                blocks[slot].force_by_displacement[(i, i)] += value;
+        // Neighbours come in ascending order, too: `from` is where the last one was found.
+        let mut add = |from: &mut usize, e: usize, value: f64| {
+            while members.get(*from).is_some_and(|&member| (member as usize) < e) {
+                *from += 1;
+            }
+            if members.get(*from).is_some_and(|&member| member as usize == e) {
+                out[*from] += value;
             }
         };
         let own: Vector<D> = control.pairs(a, near).map(|(_, k, separation)| separation * (0.5 * k)).sum();
@@ -69,20 +84,20 @@ impl<const D: usize> Model<D> {
         for (entry, (c, k, separation)) in near.row(a).zip(control.pairs(a, near)) {
             let transposed = self.gradient.weights[near.twin(entry)];
             let mut through = if c == a { -own } else { separation * (-0.5 * k) };
-            add(slots.position(a, c), k);
-            add(own_slot, -k);
-            let into = slots.of_entry(entry);
-            let mut total = 0.0;
-            for (&slot, (_, k, separation)) in into.iter().zip(control.pairs(c, near)) {
+            add(&mut 0, a, -k);
+            let (mut total, mut at) = (0.0, 0);
+            for (d, k, separation) in control.pairs(c, near) {
                 let s = 0.5 * k * separation.dot(&transposed);
                 through -= separation * s;
                 total += s;
-                add(slot as usize, s);
+                add(&mut at, d, s);
             }
-            add(slots.position(a, c), -total);
-            for (&slot, inner) in into.iter().zip(near.row(c)) {
-                add(slot as usize, through.dot(&self.gradient.weights[inner]));
+            add(&mut 0, c, k - total);
+            at = 0;
+            for (&e, weight) in near.of(c).iter().zip(&self.gradient.weights[near.row(c)]) {
+                add(&mut at, e as usize, through.dot(weight));
             }
         }
+        out
     }
 }

@@ -2,7 +2,8 @@
 
 use nicolson_solvers::EvaluationError;
 
-use crate::setup::Setup;
+use crate::discretisation::{DiscretisationError, Neighbourhood, face_shares};
+use crate::setup::{Setup, Traction};
 use crate::tensor::{Vector, coordinates};
 
 /// External forces on all particles.
@@ -12,10 +13,22 @@ pub struct Loads<const D: usize> {
     constant: Vec<Vector<D>>,
     /// Forces at `time`, N; empty if nothing varies.
     varying: Vec<Vector<D>>,
+    /// Who carries each traction.
+    carriers: Vec<Vec<Carrier<D>>>,
     time: Option<f64>,
     ramp: Option<Ramp>,
     /// What the ramp multiplies all loads with at `time`.
     factor: f64,
+}
+
+/// A particle's share of a piece of boundary.
+#[derive(Debug, Clone, Copy)]
+struct Carrier<const D: usize> {
+    particle: usize,
+    /// m^(D−1).
+    area: f64,
+    /// Where the piece is, m.
+    point: Vector<D>,
 }
 
 /// Loads that grow in proportion to the time.
@@ -29,11 +42,20 @@ pub struct Ramp {
 
 impl<const D: usize> Loads<D> {
     /// Collects the loads of a set-up; what does not depend on time is evaluated once, here.
-    pub fn new(setup: &Setup<D>, masses: &[f64]) -> Self {
+    ///
+    /// # Errors
+    /// If a traction acts off the particles and those around it cannot share it.
+    pub fn new(setup: &Setup<D>, neighbourhood: &Neighbourhood, masses: &[f64]) -> Result<Self, DiscretisationError> {
         let varies = varying_parts(setup).next().is_some();
+        let carriers = setup
+            .tractions
+            .iter()
+            .map(|traction| carriers(setup, neighbourhood, traction))
+            .collect::<Result<_, _>>()?;
         let mut loads = Self {
             constant: Vec::new(),
             varying: if varies { vec![Vector::zeros(); masses.len()] } else { Vec::new() },
+            carriers,
             time: None,
             ramp: None,
             factor: 1.0,
@@ -45,9 +67,9 @@ impl<const D: usize> Loads<D> {
             for (force, mass) in loads.constant.iter_mut().zip(masses) {
                 *force += setup.gravity * *mass;
             }
-            add(setup, masses, 0.0, false, &mut loads.constant);
+            add(setup, &loads.carriers, masses, 0.0, false, &mut loads.constant);
         }
-        loads
+        Ok(loads)
     }
 
     /// Whether there is any load.
@@ -74,7 +96,7 @@ impl<const D: usize> Loads<D> {
         if !self.varying.is_empty() && self.time != Some(t) {
             self.time = None;
             self.varying.fill(Vector::zeros());
-            add(setup, masses, t, true, &mut self.varying);
+            add(setup, &self.carriers, masses, t, true, &mut self.varying);
         }
         if self.time.is_none() {
             for (a, force) in self.constant.iter().chain(&self.varying).enumerate() {
@@ -112,7 +134,14 @@ fn varying_parts<const D: usize>(setup: &Setup<D>) -> impl Iterator<Item = &crat
 }
 
 /// Adds the loads whose dependence on time is as asked.
-fn add<const D: usize>(setup: &Setup<D>, masses: &[f64], t: f64, varying: bool, out: &mut [Vector<D>]) {
+fn add<const D: usize>(
+    setup: &Setup<D>,
+    carriers: &[Vec<Carrier<D>>],
+    masses: &[f64],
+    t: f64,
+    varying: bool,
+    out: &mut [Vector<D>],
+) {
     let positions = &setup.particles.positions;
     let wanted = |value: &[crate::expression::Expression; D]| value.iter().any(|e| e.depends_on_time()) == varying;
     if let Some(field) = setup.body_force.as_ref().filter(|f| wanted(f)) {
@@ -121,10 +150,29 @@ fn add<const D: usize>(setup: &Setup<D>, masses: &[f64], t: f64, varying: bool, 
             *force += Vector::<D>::from_fn(|i, _| field[i].value(at, t)) * masses[a];
         }
     }
-    for traction in setup.tractions.iter().filter(|traction| wanted(&traction.value)) {
-        for &(a, area) in &traction.areas {
-            let at = coordinates(&positions[a]);
-            out[a] += Vector::<D>::from_fn(|i, _| traction.value[i].value(at, t)) * area;
+    for (traction, carriers) in setup.tractions.iter().zip(carriers).filter(|(traction, _)| wanted(&traction.value)) {
+        for carrier in carriers {
+            let at = coordinates(&carrier.point);
+            out[carrier.particle] += Vector::<D>::from_fn(|i, _| traction.value[i].value(at, t)) * carrier.area;
         }
     }
+}
+
+/// The particles that share the pieces of a traction.
+fn carriers<const D: usize>(
+    setup: &Setup<D>,
+    neighbourhood: &Neighbourhood,
+    traction: &Traction<D>,
+) -> Result<Vec<Carrier<D>>, DiscretisationError> {
+    let mut carriers = Vec::with_capacity(traction.areas.len());
+    for (&(a, area), point) in traction.areas.iter().zip(&traction.points) {
+        let Some(body) = setup.bodies.iter().find(|body| body.particles.contains(&a)) else { continue };
+        let shares = face_shares(body, &setup.particles, neighbourhood, a, point)?;
+        carriers.extend(shares.into_iter().map(|(particle, share)| Carrier {
+            particle,
+            area: area * share,
+            point: *point,
+        }));
+    }
+    Ok(carriers)
 }

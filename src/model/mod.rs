@@ -12,30 +12,45 @@
 //! u̇_a = v_a
 //! ```
 //!
+//! Where D_p does not act and nobody asks for it, J is not evolved: `J_a = det F_a + const.` (`volume`).
+//!
 //! | file | purpose |
 //! |---|---|
 //! | `evaluation` | the two sweeps that give forces and rates |
+//! | `rate` | explicit rates of scenes without pair terms, block by block |
 //! | `hourglass` | the control's forces and entries |
+//! | `volume` | where the volume ratio comes from |
 //! | `unknowns` | which numbers an implicit stage solves for |
 //! | `stage` | `u = ũ + s f(t, u)` as a nonlinear problem |
 //! | `conserving` | the discrete-gradient step that conserves energy |
-//! | `linearisation` | derivatives of every term, and the tangent's action |
-//! | `slots`, `assembly` | the tangent's fixed pattern, and its entries |
+//! | `linearisation`, `stress_tangents` | derivatives of every term |
+//! | `action` | the tangent as an operator without entries |
+//! | `diagonal`, `projection` | material for preconditioners without entries |
+//! | `slots`, `rows`, `assembly` | the tangent's fixed pattern, one row of its blocks, and all its entries |
+//! | `symmetry` | which terms of the tangent are symmetric |
 //! | `balance` | energies, dissipation, momenta |
 //! | `jacobian` | public checks of all derivatives |
 
+mod action;
 mod assembly;
 mod balance;
 mod build;
 mod conserving;
+mod diagonal;
 mod evaluation;
 mod hourglass;
 mod jacobian;
 mod linearisation;
 mod loads;
+mod projection;
+mod rate;
+mod rows;
 mod slots;
 mod stage;
+mod stress_tangents;
+mod symmetry;
 mod unknowns;
+mod volume;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -47,6 +62,7 @@ pub use build::ModelError;
 pub use jacobian::{BlockTaylor, CheckPoint, DifferenceReport, Noise, TaylorReport, TaylorRow, WorstEntry};
 
 pub use loads::Ramp;
+pub use symmetry::{Declared, Problem};
 pub use unknowns::Unknowns;
 
 use crate::discretisation::{Gradient, describe_particle};
@@ -119,6 +135,10 @@ pub struct Model<const D: usize> {
     hourglass: Option<Hourglass<D>>,
     /// Law and cofactor of each particle's body, by body.
     materials: Vec<(Material, CofactorChoice)>,
+    /// Whether J is evolved, by body.
+    evolved: Vec<bool>,
+    /// Constants by which J follows det F; empty if J starts as det F everywhere.
+    volume_constants: Vec<f64>,
     body_of: Vec<u32>,
     masses: Vec<f64>,
     /// `Σ_b |g_ab|`, 1/m: the size of a gradient's summands.
@@ -129,7 +149,10 @@ pub struct Model<const D: usize> {
     loads: Loads<D>,
     terms: Terms,
     linear: bool,
+    /// Whether any law depends on the rate of strain.
+    viscous: bool,
     workspace: Workspace<D>,
+    rates: rate::RateSpace<D>,
     stage: Stage<D>,
     linearisation: Linearisation<D>,
     clocks: Clocks,
@@ -230,7 +253,7 @@ impl<const D: usize> Model<D> {
 
     /// Forgets the derivatives of a point: linear equations would keep those of other terms.
     fn forget_linearisation(&mut self) {
-        self.linearisation.particles.clear();
+        self.linearisation.taken = false;
     }
 
     /// A particle in words.
@@ -246,11 +269,6 @@ impl<const D: usize> Model<D> {
     /// Velocities of a state.
     pub fn velocities_of<'a>(&self, state: &'a [f64]) -> &'a [f64] {
         &state[self.particles() * D..2 * self.particles() * D]
-    }
-
-    /// Volume ratios of a state.
-    pub fn volume_ratios<'a>(&self, state: &'a [f64]) -> &'a [f64] {
-        &state[2 * self.particles() * D..]
     }
 
     /// Current position of a particle.

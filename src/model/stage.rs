@@ -11,14 +11,14 @@ use std::time::Instant;
 
 use nicolson_solvers::linear::Tangent;
 use nicolson_solvers::nonlinear::NonlinearProblem;
-use nicolson_solvers::time::{ConservingSystem, EquilibriumSystem, StageSystem, System};
+use nicolson_solvers::time::{ConservingSystem, EquilibriumSystem, RatePart, StageSystem, System};
 use nicolson_solvers::{EvaluationError, vector};
 
 use super::conserving::StepStart;
 use super::evaluation::VolumeRatios;
 use super::{Clocks, Model, Unknowns};
 use crate::setup::Constraint;
-use crate::tensor::{coordinates, determinant};
+use crate::tensor::{Tensor, coordinates, determinant};
 
 /// The stage being solved.
 #[derive(Debug, Clone, Default)]
@@ -46,20 +46,16 @@ impl<const D: usize> System for Model<D> {
 
     fn rate(&mut self, t: f64, state: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
         let start = Instant::now();
-        self.stage.evaluated.clear();
-        let n = self.particles();
-        let (displacement, rest) = state.split_at(n * D);
-        let (velocity, ratios) = rest.split_at(n * D);
-        let outcome = self.evaluate(t, displacement, velocity, VolumeRatios::Given(ratios));
-        if outcome.is_ok() {
-            self.write_rate(velocity, out);
-        }
+        let outcome = self.all_rates(t, state, out);
         Clocks::add(&self.clocks.rate, start);
-        outcome?;
-        match vector::first_not_finite(out) {
-            None => Ok(()),
-            Some(i) => Err(self.located(EvaluationError::not_finite("rate", self.particle_of_entry(i), out[i]))),
-        }
+        outcome
+    }
+
+    fn rate_part(&mut self, part: RatePart, t: f64, state: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
+        let start = Instant::now();
+        let outcome = self.some_rates(part, t, state, out);
+        Clocks::add(&self.clocks.rate, start);
+        outcome
     }
 
     fn velocities(&self) -> Option<std::ops::Range<usize>> {
@@ -69,20 +65,19 @@ impl<const D: usize> System for Model<D> {
 
     fn impose(&mut self, t: f64, state: &mut [f64]) {
         let n = self.particles();
-        for (a, constraints) in self.setup.constraints.iter().enumerate() {
-            for (i, constraint) in constraints.iter().enumerate() {
-                let (displacement, velocity) = match *constraint {
-                    Constraint::Free => continue,
-                    Constraint::Fixed => (self.setup.initial.displacement[a][i], 0.0),
-                    Constraint::Moving(motion) => {
-                        let at = coordinates(&self.setup.particles.positions[a]);
-                        let motion = &self.setup.motions[motion];
-                        (motion.value(at, t), motion.rate(at, t))
-                    }
-                };
-                state[a * D + i] = displacement;
-                state[(n + a) * D + i] = velocity;
-            }
+        for &entry in self.rates.prescribed() {
+            let (a, i) = (entry as usize / D, entry as usize % D);
+            let (displacement, velocity) = match self.setup.constraints[a][i] {
+                Constraint::Free => continue,
+                Constraint::Fixed => (self.setup.initial.displacement[a][i], 0.0),
+                Constraint::Moving(motion) => {
+                    let at = coordinates(&self.setup.particles.positions[a]);
+                    let motion = &self.setup.motions[motion];
+                    (motion.value(at, t), motion.rate(at, t))
+                }
+            };
+            state[a * D + i] = displacement;
+            state[(n + a) * D + i] = velocity;
         }
     }
 
@@ -117,19 +112,6 @@ impl<const D: usize> System for Model<D> {
 }
 
 impl<const D: usize> Model<D> {
-    /// Writes `[v | f/m | J̇]` of the workspace.
-    fn write_rate(&self, velocity: &[f64], out: &mut [f64]) {
-        let n = self.particles();
-        out[..n * D].copy_from_slice(velocity);
-        for (a, point) in self.workspace.points.iter().enumerate() {
-            for i in 0..D {
-                let free = self.setup.constraints[a][i] == Constraint::Free;
-                out[(n + a) * D + i] = if free { point.force[i] / self.masses[a] } else { 0.0 };
-            }
-            out[2 * n * D + a] = point.rate;
-        }
-    }
-
     /// The particle of an entry of the state.
     pub fn particle_of_entry(&self, entry: usize) -> usize {
         let n = self.particles();
@@ -185,7 +167,7 @@ impl<const D: usize> Model<D> {
         let source = if !start.is_empty() {
             VolumeRatios::Conserving { start: &start, shift: self.stage.shift }
         } else if self.stage.at_rest {
-            VolumeRatios::Equilibrium { ratio: &base[2 * n * D..] }
+            VolumeRatios::Equilibrium { constants: &base[2 * n * D..] }
         } else if local {
             VolumeRatios::Stage { base: &base[2 * n * D..], shift: self.stage.shift }
         } else {
@@ -193,8 +175,10 @@ impl<const D: usize> Model<D> {
         };
         let outcome = self.evaluate(self.stage.time, displacement, velocity, source);
         if outcome.is_ok() && local {
-            for (ratio, point) in ratios.iter_mut().zip(&self.workspace.points) {
-                *ratio = point.volume_ratio;
+            for (a, (ratio, point)) in ratios.iter_mut().zip(&self.workspace.points).enumerate() {
+                if self.evolves_volume(a) {
+                    *ratio = point.volume_ratio;
+                }
             }
         }
         self.stage.start = start;
@@ -217,7 +201,12 @@ impl<const D: usize> Model<D> {
         let moved = crate::tensor::vector_at::<D>(&self.stage.trial, a).norm();
         let root = (D as f64).sqrt();
         let cofactor = (point.cofactor.norm() / root).max(1.0 + self.reach[a] * moved / root);
-        let ratio = 1.0 + cofactor * self.stage.shift * point.velocity_gradient.norm();
+        let increment = if self.evolves_volume(a) {
+            self.stage.shift * point.velocity_gradient.norm()
+        } else {
+            (point.deformation - Tensor::identity()).norm()
+        };
+        let ratio = 1.0 + cofactor * increment;
         let stress = (point.pressure.abs() + modulus * ratio) * cofactor * self.setup.particles.volumes[a];
         let hourglass = self
             .active_hourglass()
@@ -285,7 +274,7 @@ impl<const D: usize> NonlinearProblem for Model<D> {
         if self.constant_tangent().is_some()
             && self.linearisation.shift == self.stage.shift
             && self.linearisation.at_rest == self.stage.at_rest
-            && !self.linearisation.particles.is_empty()
+            && self.linearisation.taken
         {
             return Ok(());
         }
@@ -383,9 +372,12 @@ impl<const D: usize> EquilibriumSystem for Model<D> {
         self.stage.base[n * D..2 * n * D].fill(0.0);
         // J follows det F from where both stand.
         for a in 0..n {
-            let det = determinant(&self.deformation(from, a));
-            let ratio = if det == 0.0 { 1.0 } else { from[2 * n * D + a] / det };
-            self.stage.base[2 * n * D + a] = ratio;
+            self.stage.base[2 * n * D + a] = if self.evolves_volume(a) {
+                let det = determinant(&self.deformation(from, a));
+                self.volume_constant(a, from[2 * n * D + a], det).unwrap_or(1.0)
+            } else {
+                self.initial_volume_constant(a)
+            };
         }
         y.clear();
         y.resize(self.unknowns.count(), 0.0);
@@ -393,7 +385,11 @@ impl<const D: usize> EquilibriumSystem for Model<D> {
 
     fn finish_equilibrium(&mut self, y: &[f64], u: &mut [f64]) -> Result<(), EvaluationError> {
         self.evaluate_stage(y)?;
-        u.copy_from_slice(&self.stage.trial);
+        let n = self.particles();
+        u[..2 * n * D].copy_from_slice(&self.stage.trial[..2 * n * D]);
+        for a in (0..n).filter(|&a| self.evolves_volume(a)) {
+            u[2 * n * D + a] = self.stage.trial[2 * n * D + a];
+        }
         Ok(())
     }
 }

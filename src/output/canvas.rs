@@ -1,8 +1,8 @@
 //! One drawing, two files: the same calls go to an SVG document and to a PNG picture.
 //!
 //! plotters draws on whole device pixels and, for thick lines in bitmaps, without anti-aliasing. So
-//! both media are drawn in finer units: SVG in tenths of a point, PNG on four device pixels per point
-//! of which two by two are averaged. The layout above this file is in points (1 point = 1 SVG pixel).
+//! both media are drawn in finer units: SVG in tenths of a point, PNG on (usually) four device pixels per
+//! point of which two by two are averaged. The layout above this file is in points (1 point = 1 SVG pixel).
 //!
 //! Text in PNG uses a font inside the program (no font is searched on the machine, so the same data
 //! give the same bytes everywhere); SVG names `sans-serif` and leaves the choice to the viewer.
@@ -18,7 +18,9 @@ use plotters::style::{
 };
 
 use super::chart::Area;
+use super::colour::scaled;
 use super::picture::{Picture, base64};
+use super::splat::{Look, render};
 use super::{OutputError, write_atomically};
 
 /// A position in points from the upper left corner, y downwards.
@@ -29,9 +31,9 @@ pub(super) type Drawn = Result<(), String>;
 
 /// Device units per point in SVG.
 const VECTOR_SCALE: f64 = 10.0;
-/// Device pixels per point while a PNG is drawn.
-const RASTER_SCALE: f64 = 4.0;
-/// Device pixels that are averaged into one pixel of the PNG, in each direction.
+/// Pixels of a PNG per point, where nothing else is asked for.
+pub(super) const DENSITY: f64 = 2.0;
+/// Device pixels that are averaged into one pixel of a picture, in each direction.
 const OVERSAMPLING: usize = 2;
 
 /// Circles that an SVG document may hold before they become a picture inside it.
@@ -76,6 +78,8 @@ pub(super) enum Align {
 pub(super) struct Disc {
     pub(super) centre: Point,
     pub(super) radius: f64,
+    /// Towards the viewer, in points; for discs that are shown as balls.
+    pub(super) depth: f64,
     pub(super) colour: RGBColor,
 }
 
@@ -83,6 +87,8 @@ pub(super) struct Disc {
 pub(super) struct Canvas<'a, B: DrawingBackend> {
     backend: &'a mut B,
     scale: f64,
+    /// Where positions count from.
+    origin: Point,
     medium: Medium,
     /// Pictures that lie under everything else of an SVG document, as elements.
     pictures: Vec<String>,
@@ -92,7 +98,12 @@ impl<B: DrawingBackend> Canvas<'_, B> {
     fn device(&self, (x, y): Point) -> (i32, i32) {
         // Far outside stays outside, without overflow in the rasteriser.
         let unit = |value: f64| (value * self.scale).round().clamp(-1e5, 1e5) as i32;
-        (unit(x), unit(y))
+        (unit(x + self.origin.0), unit(y + self.origin.1))
+    }
+
+    /// Lets positions count from another point.
+    pub(super) fn count_from(&mut self, origin: Point) {
+        self.origin = origin;
     }
 
     /// A polyline; positions must be finite.
@@ -130,29 +141,58 @@ impl<B: DrawingBackend> Canvas<'_, B> {
         self.backend.draw_circle(self.device(centre), radius, &style, true).map_err(described)
     }
 
-    /// Many discs in the given order, *under* everything else, wherever in the order of calls.
+    /// Many discs, *under* everything else: to be drawn first. `under` lie under the others, as an outline.
     ///
     /// An SVG document of a hundred thousand circles is slow to open, so beyond some number they become a
     /// picture inside the document.
-    pub(super) fn cloud(&mut self, area: Area, discs: &[Disc]) -> Drawn {
-        if self.medium == Medium::Raster || discs.len() <= MOST_CIRCLES {
-            return discs.iter().try_for_each(|disc| self.disc(disc.centre, disc.radius, disc.colour));
+    pub(super) fn cloud(&mut self, area: Area, under: &[Disc], discs: &[Disc], look: Look) -> Drawn {
+        let moved = |discs: &[Disc]| -> Vec<Disc> {
+            let corner = |(x, y): Point| (x - area.left, y - area.top);
+            discs.iter().map(|disc| Disc { centre: corner(disc.centre), ..*disc }).collect()
+        };
+        let size = (area.width(), area.height());
+        if self.medium == Medium::Raster {
+            let pixels = render(size, self.scale, &moved(under), &moved(discs), look);
+            let corner = self.device((area.left, area.top));
+            let size = (pixels.width as u32, pixels.height as u32);
+            return self.backend.blit_bitmap(corner, size, &pixels.rgb).map_err(described);
         }
-        let picture = raster((area.width(), area.height()), |canvas| {
-            discs.iter().try_for_each(|disc| {
-                let centre = (disc.centre.0 - area.left, disc.centre.1 - area.top);
-                canvas.disc(centre, disc.radius, disc.colour)
-            })
-        })?;
+        // Each has its outline, or its rim.
+        if 2 * (under.len() + discs.len()) <= MOST_CIRCLES {
+            return self.circles(under, discs, look);
+        }
+        let scale = DENSITY * OVERSAMPLING as f64;
+        let pixels = render(size, scale, &moved(under), &moved(discs), look);
+        let picture = Picture::averaged(&pixels.rgb, pixels.width, OVERSAMPLING, scale);
         let mut file = Vec::new();
         picture.encode(&mut file).map_err(described)?;
         let ((x, y), (width, height)) = (self.device((area.left, area.top)), picture.size_in_points());
-        let (width, height) = self.device((width, height));
+        let unit = |value: f64| (value * self.scale).round() as i32;
+        let (width, height) = (unit(width), unit(height));
         let data = base64(&file);
         self.pictures.push(format!(
             "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{data}\"/>\n"
         ));
         Ok(())
+    }
+
+    /// The cloud as circles of an SVG document.
+    fn circles(&mut self, under: &[Disc], discs: &[Disc], look: Look) -> Drawn {
+        under.iter().try_for_each(|disc| self.disc(disc.centre, disc.radius + 0.9, GREY))?;
+        under.iter().try_for_each(|disc| self.disc(disc.centre, disc.radius, WHITE))?;
+        match look {
+            Look::Flat { outline } => {
+                if outline > 0.0 {
+                    discs.iter().try_for_each(|disc| self.disc(disc.centre, disc.radius + outline, BLACK))?;
+                }
+                discs.iter().try_for_each(|disc| self.disc(disc.centre, disc.radius, disc.colour))
+            }
+            // No light in a drawing of circles: a rim tells them apart.
+            Look::Balls => discs.iter().try_for_each(|disc| {
+                self.disc(disc.centre, disc.radius, scaled(disc.colour, 0.6))?;
+                self.disc(disc.centre, (0.82 * disc.radius).max(disc.radius - 1.0), disc.colour)
+            }),
+        }
     }
 
     /// Text whose baseline passes through `at`.
@@ -204,8 +244,10 @@ fn described(error: impl std::fmt::Display) -> String {
 /// Width in points that a text may need, with a margin for the wider fonts an SVG viewer may choose.
 pub(super) fn text_width(text: &str, size: f64) -> f64 {
     const MEASURED_AT: f64 = 200.0;
-    let font = FontDesc::new(FontFamily::Name(FONT), MEASURED_AT * FONT_HEIGHT, FontStyle::Normal);
-    let width = if font_is_ready() { font.box_size(text).ok() } else { None };
+    // Registered first: a description of a font that is not there yet never finds it.
+    let width = font_is_ready()
+        .then(|| FontDesc::new(FontFamily::Name(FONT), MEASURED_AT * FONT_HEIGHT, FontStyle::Normal))
+        .and_then(|font| font.box_size(text).ok());
     let em = width.map_or(0.6 * text.chars().count() as f64, |(width, _)| f64::from(width) / MEASURED_AT);
     1.12 * em * size
 }
@@ -240,24 +282,49 @@ pub(super) fn write_both(drawing: &impl Drawing, stem: &Path) -> Result<[PathBuf
         PathBuf::from(name)
     };
     let (svg, png) = (named(".svg"), named(".png"));
-    let document = vector(drawing).map_err(|reason| OutputError::Drawing { path: svg.clone(), reason })?;
-    let picture = raster(drawing.size(), |canvas| drawing.draw(canvas))
-        .map_err(|reason| OutputError::Drawing { path: png.clone(), reason })?;
-    write_atomically(&svg, |file| file.write_all(document.as_bytes()))?;
-    write_atomically(&png, |file| picture.encode(file))?;
+    write_svg(drawing, &svg)?;
+    write_png(drawing, DENSITY, &png)?;
     Ok([svg, png])
 }
 
+/// Writes an SVG document.
+pub(super) fn write_svg(drawing: &impl Drawing, path: &Path) -> Result<(), OutputError> {
+    let document = document(drawing, path)?;
+    write_atomically(path, |file| file.write_all(document.as_bytes()))
+}
+
+/// Writes a PNG picture with `density` pixels per point.
+pub(super) fn write_png(drawing: &impl Drawing, density: f64, path: &Path) -> Result<(), OutputError> {
+    let picture = picture(drawing, density, path)?;
+    write_atomically(path, |file| picture.encode(file))
+}
+
+/// The drawing as an SVG document; `path` is what messages name.
+pub(super) fn document(drawing: &impl Drawing, path: &Path) -> Result<String, OutputError> {
+    vector(drawing).map_err(|reason| OutputError::Drawing { path: path.to_path_buf(), reason })
+}
+
+/// The drawing as pixels, `density` of them per point; `path` is what messages name.
+pub(super) fn picture(drawing: &impl Drawing, density: f64, path: &Path) -> Result<Picture, OutputError> {
+    raster(drawing.size(), density, |canvas| drawing.draw(canvas))
+        .map_err(|reason| OutputError::Drawing { path: path.to_path_buf(), reason })
+}
+
 fn device_size((width, height): (f64, f64), scale: f64) -> (u32, u32) {
-    ((width.ceil() * scale) as u32, (height.ceil() * scale) as u32)
+    ((width * scale).round().max(1.0) as u32, (height * scale).round().max(1.0) as u32)
 }
 
 fn vector(drawing: &impl Drawing) -> Result<String, String> {
     let (width, height) = device_size(drawing.size(), VECTOR_SCALE);
     let mut document = String::new();
     let mut backend = SVGBackend::with_string(&mut document, (width, height));
-    let mut canvas =
-        Canvas { backend: &mut backend, scale: VECTOR_SCALE, medium: Medium::Vector, pictures: Vec::new() };
+    let mut canvas = Canvas {
+        backend: &mut backend,
+        scale: VECTOR_SCALE,
+        origin: (0.0, 0.0),
+        medium: Medium::Vector,
+        pictures: Vec::new(),
+    };
     canvas.rectangle((0.0, 0.0), drawing.size(), WHITE)?;
     drawing.draw(&mut canvas)?;
     let pictures = canvas.pictures.concat();
@@ -273,17 +340,23 @@ fn vector(drawing: &impl Drawing) -> Result<String, String> {
     Ok(document.replacen(&fine, &points, 1))
 }
 
-/// Draws on a white bitmap of `size` points and averages it down.
-fn raster(size: (f64, f64), draw: impl FnOnce(&mut Canvas<'_, BitMapBackend<'_>>) -> Drawn) -> Result<Picture, String> {
+/// Draws on a white bitmap of `size` points and averages it down to `density` pixels per point.
+fn raster(
+    size: (f64, f64),
+    density: f64,
+    draw: impl FnOnce(&mut Canvas<'_, BitMapBackend<'_>>) -> Drawn,
+) -> Result<Picture, String> {
     if !font_is_ready() {
         return Err("the embedded font cannot be read".to_owned());
     }
-    let (width, height) = device_size(size, RASTER_SCALE);
+    let scale = density * OVERSAMPLING as f64;
+    let (width, height) = device_size(size, scale);
     let mut fine = vec![0xff; 3 * width as usize * height as usize];
     let mut backend: BitMapBackend<'_> =
         BitMapBackend::with_buffer_and_format(&mut fine, (width, height)).map_err(described)?;
-    draw(&mut Canvas { backend: &mut backend, scale: RASTER_SCALE, medium: Medium::Raster, pictures: Vec::new() })?;
+    let (origin, pictures) = ((0.0, 0.0), Vec::new());
+    draw(&mut Canvas { backend: &mut backend, scale, origin, medium: Medium::Raster, pictures })?;
     backend.present().map_err(described)?;
     drop(backend);
-    Ok(Picture::averaged(&fine, width as usize, OVERSAMPLING, RASTER_SCALE))
+    Ok(Picture::averaged(&fine, width as usize, OVERSAMPLING, scale))
 }

@@ -63,6 +63,12 @@ impl ColourMap {
             Self::Diverging => true,
         }
     }
+
+    /// The ends of the colour bar for values in a range.
+    pub(super) fn ends(self, (low, high): (f64, f64)) -> (f64, f64) {
+        let most = low.abs().max(high.abs());
+        if self.is_signed(low, high) { (-most, most) } else { (low, high) }
+    }
 }
 
 /// The colour at the finite `fraction` (clamped to 0..1) of the signed or unsigned map.
@@ -78,10 +84,21 @@ pub(super) fn colour(signed: bool, fraction: f64) -> RGBColor {
     RGBColor(mix(0), mix(1), mix(2))
 }
 
-/// The same colour closer to black.
-pub(super) fn darker(RGBColor(red, green, blue): RGBColor) -> RGBColor {
-    let dim = |channel: u8| (f64::from(channel) * 0.6) as u8;
+/// The same colour closer to black: `factor` of its light.
+pub(super) fn scaled(RGBColor(red, green, blue): RGBColor, factor: f64) -> RGBColor {
+    let dim = |channel: u8| (f64::from(channel) * factor) as u8;
     RGBColor(dim(red), dim(green), dim(blue))
+}
+
+/// The same colour half way to white.
+pub(super) fn mixed_with_white(RGBColor(red, green, blue): RGBColor) -> RGBColor {
+    let lift = |channel: u8| channel / 2 + 0x7f;
+    RGBColor(lift(red), lift(green), lift(blue))
+}
+
+/// The colours of a map at `count` places evenly from its low to its high end.
+pub(super) fn samples(signed: bool, count: usize) -> impl Iterator<Item = RGBColor> {
+    (0..count).map(move |at| colour(signed, at as f64 / (count.max(2) - 1) as f64))
 }
 
 #[cfg(test)]

@@ -31,8 +31,13 @@ pub(super) struct ColourBar<'a> {
 }
 
 impl<'a> ColourBar<'a> {
-    /// The bar for these values.
-    pub(super) fn new(label: &'a str, values: impl Iterator<Item = f64>, map: ColourMap) -> Self {
+    /// The bar for these values; `range` tells its ends, else the values do.
+    pub(super) fn new(
+        label: &'a str,
+        values: impl Iterator<Item = f64>,
+        map: ColourMap,
+        range: Option<(f64, f64)>,
+    ) -> Self {
         let (mut found, mut not_finite) = (None, 0);
         for value in values {
             if value.abs() <= 1e300 {
@@ -42,12 +47,8 @@ impl<'a> ColourBar<'a> {
                 not_finite += 1;
             }
         }
-        let (mut low, mut high) = found.unwrap_or((0.0, 1.0));
+        let (low, high) = range.unwrap_or_else(|| map.ends(found.unwrap_or((0.0, 1.0))));
         let signed = map.is_signed(low, high);
-        if signed {
-            let most = low.abs().max(high.abs());
-            (low, high) = (-most, most);
-        }
         Self { label, low, high, axis: Axis::between(low, high, 6.0), found, not_finite, signed }
     }
 

@@ -66,6 +66,24 @@ pub enum OutputError {
         /// What the drawing library found.
         reason: String,
     },
+    /// A file or directory that was to be read back cannot be read.
+    #[error("cannot read {what} {}: {source}; {}", path.display(), remedy_reading(source))]
+    Unreadable {
+        /// What was to be read ("the frame").
+        what: &'static str,
+        /// File or directory concerned.
+        path: PathBuf,
+        /// Answer of the operating system.
+        source: io::Error,
+    },
+    /// Something was asked for that there is not.
+    #[error("{what}; {remedy}")]
+    Request {
+        /// What is wrong with it, with the path concerned.
+        what: String,
+        /// What to ask for instead.
+        remedy: String,
+    },
     /// A file that was read back does not hold what it should.
     #[error("cannot read {}: {reason}; it was damaged, or written by another version: run the case again", path.display())]
     Malformed {
@@ -83,6 +101,23 @@ impl OutputError {
         move |source| Self::File { action, path, source }
     }
 
+    /// For `map_err`: wraps a refusal to read.
+    pub(crate) fn unreadable(what: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_path_buf();
+        move |source| Self::Unreadable { what, path, source }
+    }
+
+    /// A request for what there is not.
+    pub(crate) fn request(what: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Request { what: what.into(), remedy: remedy.into() }
+    }
+
+    /// Whether what was asked for, or what was read, is at fault (exit code 2) rather than the disk that was to be
+    /// written (exit code 3).
+    pub fn is_input(&self) -> bool {
+        matches!(self, Self::Unreadable { .. } | Self::Request { .. } | Self::Malformed { .. })
+    }
+
     /// `Err` unless `found == expected`.
     pub(crate) fn check_length(
         action: &'static str,
@@ -95,6 +130,16 @@ impl OutputError {
             return Ok(());
         }
         Err(Self::WrongLength { action, path: path.to_path_buf(), what: what.to_owned(), expected, found })
+    }
+}
+
+/// What the user can do about a file that cannot be read.
+fn remedy_reading(source: &io::Error) -> &'static str {
+    match source.kind() {
+        io::ErrorKind::NotFound => "correct the path; `nicolson run` makes such directories",
+        io::ErrorKind::PermissionDenied => "change its permissions",
+        io::ErrorKind::NotADirectory => "give the directory of a run, not a file in it",
+        _ => "check the path and the disk",
     }
 }
 

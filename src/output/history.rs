@@ -4,6 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::{LinePlot, LineSeries, OutputError, Style};
 
+/// Share of the largest energy below which a curve would be a line along zero.
+const INVISIBLE: f64 = 1e-6;
+
 /// Energies at the recorded times, as in `history.csv`. All columns have the length of `t`; pairs beyond
 /// the shortest column are ignored, as those of a run that was killed in the middle of a row would be.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -41,7 +44,7 @@ fn against_time(t: &[f64], name: &str, column: &[f64], style: Style) -> LineSeri
 }
 
 impl HistoryColumns {
-    /// The energies against time. The total is drawn last, dashed: where it hides nothing it can be seen,
+    /// The energies against time, but those that nobody could tell from zero. The total is drawn last, dashed: where it hides nothing it can be seen,
     /// where it coincides with another curve both can be.
     pub fn plot(&self) -> LinePlot {
         let mut columns = vec![
@@ -54,6 +57,11 @@ impl HistoryColumns {
             columns.push(("hourglass", &self.hourglass, Style::Dotted));
         }
         columns.push(("total", &self.total, Style::Dashed));
+        let largest = |column: &[f64]| {
+            column.iter().map(|value| value.abs()).filter(|value| value.is_finite()).fold(0.0, f64::max)
+        };
+        let scale = columns.iter().map(|(_, column, _)| largest(column)).fold(0.0, f64::max);
+        columns.retain(|(name, column, _)| *name == "total" || largest(column) > INVISIBLE * scale);
         LinePlot {
             title: "Energy".to_owned(),
             x_label: "t [s]".to_owned(),
@@ -120,7 +128,7 @@ impl ProbeColumns {
 }
 
 /// A name that every file system takes and no shell interprets.
-fn file_name(name: &str) -> String {
+pub(super) fn file_name(name: &str) -> String {
     let safe = |character: char| character.is_alphanumeric() || matches!(character, '-' | '_' | '.');
     name.chars().map(|character| if safe(character) { character } else { '_' }).take(60).collect()
 }
@@ -155,10 +163,22 @@ mod tests {
     fn columns_of_a_killed_run_still_give_a_plot() {
         let columns = HistoryColumns { t: vec![0.0, 1.0, 2.0], kinetic: vec![1.0, 0.5], ..HistoryColumns::default() };
         let plot = columns.plot();
-        assert_eq!(plot.series[0].points.len(), 2);
-        assert!(plot.series[4].points.is_empty());
-        assert_eq!(plot.series.len(), 5, "no curve of a control that is off");
-        let columns = HistoryColumns { hourglass: vec![1.0; 3], ..columns };
-        assert_eq!((columns.plot().series.len(), &*columns.plot().series[4].name), (6, "hourglass"));
+        let names: Vec<_> = plot.series.iter().map(|series| (&*series.name, series.points.len())).collect();
+        assert_eq!(names, [("kinetic", 2), ("total", 0)]);
+    }
+
+    #[test]
+    fn energies_that_cannot_be_told_from_zero_are_left_out() {
+        let names =
+            |columns: &HistoryColumns| columns.plot().series.into_iter().map(|series| series.name).collect::<Vec<_>>();
+        let t = vec![0.0, 1.0];
+        let some = |value: f64| vec![0.0, value];
+        let mut columns = HistoryColumns { t, kinetic: some(1.0), internal: some(1e-3), ..HistoryColumns::default() };
+        (columns.external, columns.dissipated, columns.total) = (some(0.0), some(-1e-12), some(1.0));
+        assert_eq!(names(&columns), ["kinetic", "internal", "total"]);
+        columns.hourglass = some(0.1);
+        columns.external = vec![0.0, -2.0];
+        assert_eq!(names(&columns), ["kinetic", "internal", "external work", "hourglass", "total"]);
+        assert_eq!(names(&HistoryColumns { total: some(0.0), ..HistoryColumns::default() }), ["total"]);
     }
 }

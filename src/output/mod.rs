@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | frames (`.vtu`) and their index (`fields.pvd`) | [`Frame`], [`Series`] | every frame |
 //! | `history.csv`, `probes.csv` | [`Table`] | every row at once |
-//! | energies and probes against time (`.svg`, `.png`) | [`HistoryColumns`], [`ProbeColumns`], [`LinePlot`] | at the end |
+//! | energies and probes against time (`.svg`, `.png`) | [`HistoryColumns`], [`ProbeColumns`], [`LinePlot`], [`PlotGrid`] | at the end |
 //! | a scene before it runs (`.svg`, `.png`) | [`Preview`] | when asked for |
 //! | still pictures of particles (`.svg`, `.png`) | [`ParticlePlot`] | when asked for |
 //! | tables of outcomes as pictures (`.svg`, `.png`) | [`Panels`] | when asked for |
@@ -15,40 +15,61 @@
 //! that name the path and the remedy. All files but the growing tables are complete or absent
 //! ([`write_atomically`]), and the same data always give the same bytes.
 
+mod animation;
 mod appended;
 mod atomic;
 mod axis;
+mod bottleneck;
 mod canvas;
 mod chart;
 mod colour;
 mod colour_bar;
+mod comparison;
 mod error;
 mod history;
+mod html;
 mod legend;
 mod panels;
+mod particle_sizes;
 mod particles;
 mod picture;
 mod plot;
 mod preview;
 mod pvd;
+mod quantity;
+mod render;
 mod report;
 mod report_parts;
+mod splat;
+mod stored_frame;
+mod stored_run;
+mod stored_table;
 mod table;
 mod text;
+mod view;
 mod vtu;
 
 pub use atomic::{prepare_directory, write_atomically};
 pub use colour::ColourMap;
+pub use comparison::Comparison;
 pub use error::OutputError;
 pub use history::{HistoryColumns, ProbeColumns};
+pub use html::HtmlReport;
 pub use panels::{Cell, Panel, Panels, Tone};
-pub use particles::ParticlePlot;
-pub use plot::{LinePlot, LineSeries, Style};
+pub use particles::{Extent, ParticlePlot};
+pub use plot::{LinePlot, LineSeries, PlotGrid, Style};
 pub use preview::{Hold, Preview};
 pub use pvd::Series;
+pub use quantity::Quantity;
+pub use render::{FrameChoice, Rendering};
 pub use report::{REPORT_FILE, Report};
 pub use report_parts::{
-    BalanceWork, EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps, WallSeconds,
+    BalanceWork, Bottleneck, EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps,
+    WallSeconds,
 };
+pub use stored_frame::{StoredField, StoredFrame};
+pub use stored_run::StoredRun;
+pub use stored_table::StoredTable;
 pub use table::Table;
+pub use view::View;
 pub use vtu::{Frame, OutOfPlane, Precision, Tensor};

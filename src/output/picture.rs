@@ -18,16 +18,17 @@ impl Picture {
         let row = 3 * width;
         let (width, height) = (width / block, fine.len() / row.max(1) / block);
         let mut rgb = Vec::with_capacity(3 * width * height);
-        for y in 0..height {
-            for x in 0..width {
-                for channel in 0..3 {
-                    let first = block * (y * row + 3 * x) + channel;
-                    let sum: usize = (0..block * block)
-                        .map(|sample| usize::from(fine[first + sample / block * row + 3 * (sample % block)]))
-                        .sum();
-                    rgb.push((sum / (block * block)) as u8);
+        let mut sums = vec![[0_usize; 3]; width];
+        for rows in fine.chunks_exact((row * block).max(1)).take(height) {
+            sums.fill([0; 3]);
+            for row in rows.chunks_exact(row) {
+                for (sum, pixels) in sums.iter_mut().zip(row.chunks_exact(3 * block)) {
+                    for pixel in pixels.chunks_exact(3) {
+                        sum.iter_mut().zip(pixel).for_each(|(sum, channel)| *sum += usize::from(*channel));
+                    }
                 }
             }
+            rgb.extend(sums.iter().flatten().map(|sum| (sum / (block * block)) as u8));
         }
         Self { width, height, rgb, pixel: block as f64 / scale }
     }
@@ -37,11 +38,23 @@ impl Picture {
         (self.width as f64 * self.pixel, self.height as f64 * self.pixel)
     }
 
+    /// Width and height in pixels.
+    pub(super) fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    /// Three bytes per pixel, row by row.
+    pub(super) fn rgb(&self) -> &[u8] {
+        &self.rgb
+    }
+
     /// Writes the picture in PNG format.
     pub(super) fn encode(&self, file: impl Write) -> io::Result<()> {
         let mut encoder = png::Encoder::new(file, self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
+        // Plots are drawn at the end of every run: larger files, sooner.
+        encoder.set_compression(png::Compression::Fast);
         let mut writer = encoder.write_header().map_err(io::Error::other)?;
         writer.write_image_data(&self.rgb).and_then(|()| writer.finish()).map_err(io::Error::other)
     }

@@ -10,7 +10,7 @@ use plotters::style::RGBColor;
 
 use super::OutputError;
 use super::axis::Axis;
-use super::canvas::{Canvas, Drawing, Drawn, Point, write_both};
+use super::canvas::{Canvas, DENSITY, Drawing, Drawn, Point, document, write_both, write_png, write_svg};
 use super::chart::{Area, Chart};
 use super::colour::LINES;
 use super::legend::Legend;
@@ -70,6 +70,12 @@ pub struct LinePlot {
     pub log_x: bool,
     /// Whether y is logarithmic.
     pub log_y: bool,
+    /// Ends of the x axis before its margin; `None`: those of the data.
+    pub x_range: Option<(f64, f64)>,
+    /// Ends of the y axis before its margin; `None`: those of the data.
+    pub y_range: Option<(f64, f64)>,
+    /// Width and height in points; 0 for the usual ones.
+    pub size: (f64, f64),
 }
 
 impl LinePlot {
@@ -79,6 +85,26 @@ impl LinePlot {
     /// [`OutputError::File`] if the disk refuses, [`OutputError::Drawing`] if the drawing library does.
     pub fn write(&self, path_without_extension: &Path) -> Result<[PathBuf; 2], OutputError> {
         write_both(self, path_without_extension)
+    }
+
+    /// Writes an SVG document or a PNG picture, as the extension says.
+    ///
+    /// # Errors
+    /// [`OutputError::Request`] for any other extension; as [`LinePlot::write`].
+    pub fn write_as(&self, path: &Path) -> Result<(), OutputError> {
+        match path.extension().and_then(|kind| kind.to_str()).map(str::to_lowercase).as_deref() {
+            Some("svg") => write_svg(self, path),
+            Some("png") => write_png(self, DENSITY, path),
+            _ => {
+                let what = format!("cannot tell the format of {}", path.display());
+                Err(OutputError::request(what, "give a name that ends in .svg or .png"))
+            }
+        }
+    }
+
+    /// The plot as an SVG document; `path` is what messages name.
+    pub(super) fn document(&self, path: &Path) -> Result<String, OutputError> {
+        document(self, path)
     }
 
     fn looks(&self) -> impl Iterator<Item = (&LineSeries, Style, RGBColor)> {
@@ -108,7 +134,9 @@ impl LinePlot {
 
 impl Drawing for LinePlot {
     fn size(&self) -> (f64, f64) {
-        SIZE
+        let or = |given: f64, usual: f64| if given > 0.0 { given } else { usual };
+        let width = or(self.size.0, SIZE.0);
+        (width, or(self.size.1, SIZE.1 / SIZE.0 * width))
     }
 
     fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<'_, B>) -> Drawn {
@@ -120,13 +148,19 @@ impl Drawing for LinePlot {
         };
         let has_markers = self.series.iter().any(|s| matches!(s.style, Style::Points | Style::SolidWithPoints));
         let margin = if has_markers { 0.03 } else { 0.0 };
-        let x = Axis::new(pairs().filter(shown).map(|pair| pair.0), self.log_x, margin);
-        let y = Axis::new(pairs().filter(shown).map(|pair| pair.1), self.log_y, 0.06);
+        let both = |range: Option<(f64, f64)>| range.into_iter().flat_map(|(low, high)| [low, high]);
+        let axis = |range, values: &mut dyn Iterator<Item = f64>, log, margin| match range {
+            Some(_) => Axis::new(both(range), log, margin),
+            None => Axis::new(values, log, margin),
+        };
+        let x = axis(self.x_range, &mut pairs().filter(shown).map(|pair| pair.0), self.log_x, margin);
+        let y = axis(self.y_range, &mut pairs().filter(shown).map(|pair| pair.1), self.log_y, 0.06);
+        let size = self.size();
         let area = Area {
             left: Chart::room_left(&y),
             top: Chart::room_above(&self.title, &y),
-            right: SIZE.0 - 24.0,
-            bottom: SIZE.1 - Chart::room_below(),
+            right: size.0 - 24.0,
+            bottom: size.1 - Chart::room_below(),
         };
         let mut chart = Chart { title: &self.title, x_label: &self.x_label, y_label: &self.y_label, x, y, area };
         let named = self.looks().map(|(series, style, colour)| (series.name.clone(), style, colour));
@@ -139,7 +173,7 @@ impl Drawing for LinePlot {
             chart.area.right -= legend.width() + 4.0;
         }
 
-        chart.draw(canvas, SIZE.0, true)?;
+        chart.draw(canvas, size.0, true)?;
         if pairs().find(shown).is_none() {
             chart.say_no_data(canvas)?;
         }
@@ -152,6 +186,45 @@ impl Drawing for LinePlot {
             return Ok(());
         }
         legend.draw(canvas, place.unwrap_or((chart.area.right + 8.0, chart.area.top)), place.is_some())
+    }
+}
+
+/// Diagrams side by side, row after row.
+#[derive(Debug, Clone, Default)]
+pub struct PlotGrid {
+    /// Diagrams in a row; 0 counts as 1.
+    pub columns: usize,
+    /// The diagrams, in reading order.
+    pub plots: Vec<LinePlot>,
+}
+
+impl PlotGrid {
+    /// As [`LinePlot::write`].
+    ///
+    /// # Errors
+    /// As [`LinePlot::write`].
+    pub fn write(&self, path_without_extension: &Path) -> Result<[PathBuf; 2], OutputError> {
+        write_both(self, path_without_extension)
+    }
+
+    fn columns(&self) -> usize {
+        self.columns.clamp(1, self.plots.len().max(1))
+    }
+}
+
+impl Drawing for PlotGrid {
+    fn size(&self) -> (f64, f64) {
+        let columns = self.columns();
+        (SIZE.0 * columns as f64, SIZE.1 * self.plots.len().div_ceil(columns).max(1) as f64)
+    }
+
+    fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<'_, B>) -> Drawn {
+        let columns = self.columns();
+        for (index, plot) in self.plots.iter().enumerate() {
+            canvas.count_from((SIZE.0 * (index % columns) as f64, SIZE.1 * (index / columns) as f64));
+            plot.draw(canvas)?;
+        }
+        Ok(())
     }
 }
 

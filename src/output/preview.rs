@@ -9,7 +9,7 @@ use super::OutputError;
 use super::axis::round_step;
 use super::canvas::{Align, BLACK, Canvas, Disc, Drawing, Drawn, Point, shortened, text_width, write_both};
 use super::chart::{Area, TEXT, draw_title};
-use super::colour::darker;
+use super::splat::Look;
 use super::text::readable;
 
 /// Size of the drawing area, and of what is around it, in points.
@@ -133,12 +133,9 @@ impl Preview<'_> {
         let mut discs = Vec::with_capacity(particles.len());
         for (place, hold) in &particles {
             let (centre, colour) = (on_page(place), hold.colour());
-            if self.dim == 3 && radius > 1.2 {
-                discs.push(Disc { centre, radius, colour: darker(colour) });
-                discs.push(Disc { centre, radius: (0.82 * radius).max(radius - 1.0), colour });
-            } else {
-                discs.push(Disc { centre, radius: 0.92 * radius, colour });
-            }
+            // Balls touch; discs leave a little white between them.
+            let radius = if self.dim == 3 { radius } else { 0.92 * radius };
+            discs.push(Disc { centre, radius, depth: scale * place[2], colour });
         }
         let size = |load: &[f64]| load.iter().map(|x| x * x).sum::<f64>().sqrt();
         let largest = self.loads.iter().map(|(_, load)| size(load)).filter(|size| size.is_finite()).fold(0.0, f64::max);
@@ -176,7 +173,8 @@ impl Drawing for Prepared<'_> {
 
     fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<'_, B>) -> Drawn {
         let Self { preview, area, .. } = self;
-        canvas.cloud(*area, &self.discs)?;
+        let look = if preview.dim == 3 { Look::Balls } else { Look::Flat { outline: 0.0 } };
+        canvas.cloud(*area, &[], &self.discs, look)?;
         for (from, to) in &self.arrows {
             arrow(canvas, *from, *to)?;
         }

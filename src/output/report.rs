@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::report_parts::{
-    BalanceWork, EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps, WallSeconds,
-    number_or_null,
+    BalanceWork, Bottleneck, EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps,
+    WallSeconds, number_or_null,
 };
 use super::{OutputError, write_atomically};
 use crate::setup::GeometryRecord;
@@ -51,6 +51,8 @@ pub struct Report {
     pub explicit_step_limit: Option<f64>,
     /// Where the time went.
     pub wall_seconds: WallSeconds,
+    /// Where most of it went.
+    pub bottleneck: Bottleneck,
     /// Energy budget.
     pub energy: EnergyBudget,
     /// Largest change of linear momentum over the sum of its magnitudes; `None` for a body that is held or loaded.
@@ -144,15 +146,16 @@ mod tests {
         let tree: Value = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
         let mut top = keys(&tree);
         top.sort_unstable();
-        let promised = "angular_momentum_drift balance energy errors explicit_step_limit geometry linear linear_momentum_drift message \
+        let promised = "angular_momentum_drift balance bottleneck energy errors explicit_step_limit geometry linear linear_momentum_drift message \
                         newton particles probes provenance rate_evaluations status steps time_reached unknowns \
                         wall_seconds warnings";
         assert_eq!(top, promised.split_whitespace().collect::<Vec<_>>());
         let promised = [
             ("steps", "accepted rejected"),
             ("newton", "failures iterations linearisations residual_evaluations solves"),
-            ("linear", "analyses factorisations fill iterations solver solves"),
-            ("wall_seconds", "assembly factorisation output rate setup solve total"),
+            ("linear", "analyses factorisations fill iterations reason solver solves"),
+            ("wall_seconds", "assembly factorisation integration ledger other output rate setup solve total"),
+            ("bottleneck", "hint part share"),
             ("energy", "dissipated final hourglass_max_fraction initial ledger_error max_relative_drift"),
             ("provenance", "command commit scene threads version"),
         ];

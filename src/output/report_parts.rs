@@ -47,6 +47,8 @@ pub struct NewtonWork {
 pub struct LinearWork {
     /// Solver in words; empty if none was needed.
     pub solver: String,
+    /// Why `linear.solver = "auto"` chose it; empty for a solver that was named.
+    pub reason: String,
     /// Symbolic analyses.
     pub analyses: usize,
     /// Numeric factorisations.
@@ -67,6 +69,8 @@ pub struct BalanceWork {
     pub body: String,
     /// Whether its weights are balanced.
     pub balanced: bool,
+    /// Whether by its cells, without equations.
+    pub cells: bool,
     /// Why not; empty if they are.
     pub note: String,
     /// Particles that missed a condition before.
@@ -107,12 +111,52 @@ pub struct WallSeconds {
     /// Linear solves.
     #[serde(deserialize_with = "number_or_null")]
     pub solve: f64,
+    /// The rest of the steps: states of stages, starts of iterations, line searches, estimates of errors and of the
+    /// stable step.
+    #[serde(deserialize_with = "number_or_null")]
+    pub integration: f64,
+    /// Energies and momenta after every step.
+    #[serde(deserialize_with = "number_or_null")]
+    pub ledger: f64,
     /// Derived fields and files.
     #[serde(deserialize_with = "number_or_null")]
     pub output: f64,
+    /// What none of these clocks saw: whoever listens to the run.
+    #[serde(deserialize_with = "number_or_null")]
+    pub other: f64,
     /// Everything.
     #[serde(deserialize_with = "number_or_null")]
     pub total: f64,
+}
+
+impl WallSeconds {
+    /// The parts with their names, which add up to the total.
+    pub fn parts(&self) -> [(&'static str, f64); 9] {
+        [
+            ("set-up", self.setup),
+            ("rates", self.rate),
+            ("assembly", self.assembly),
+            ("factorisation", self.factorisation),
+            ("linear solves", self.solve),
+            ("integration", self.integration),
+            ("ledger", self.ledger),
+            ("output", self.output),
+            ("other", self.other),
+        ]
+    }
+}
+
+/// What a run spent most of its time on, and what would help.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bottleneck {
+    /// Name of the part, as in [`WallSeconds::parts`].
+    pub part: String,
+    /// Its share of the total.
+    #[serde(deserialize_with = "number_or_null")]
+    pub share: f64,
+    /// What would help.
+    pub hint: String,
 }
 
 /// Energy budget in J (J/m in 2D, J/m² in 1D).

@@ -1,6 +1,6 @@
 //! Checks `[newton]`, `[linear]` and `[output]`.
 
-use super::document::{Document, Number, SchemeText, Spanned};
+use super::document::{Document, Number, SchemeText, Spanned, VolumeRatioText};
 use super::findings::Findings;
 use super::settings::{
     LineSearch, LinearSettings, NewtonSettings, OutputField, OutputSettings, Scheme, TangentPolicy, Unknowns,
@@ -79,12 +79,29 @@ fn unknowns(document: &Document, conserving: bool, findings: &mut Findings<'_>) 
             "choose `unknowns = \"velocity_jacobian\"` or `\"auto\"`, or set `tau_p = 0`",
         );
     }
+    let unknown = chosen.is_some_and(|kind| matches!(kind.get_ref(), Unknowns::VelocityJacobian | Unknowns::Full));
+    if tau_p.is_some() || unknown {
+        let choices = document.body.iter().filter_map(|body| body.get_ref().volume_ratio.as_ref());
+        for choice in choices.filter(|choice| *choice.get_ref() == VolumeRatioText::Determinant) {
+            findings.error(
+                choice.span(),
+                "the volume ratio cannot follow the determinant where `tau_p` couples it or `newton.unknowns` solves for it",
+                "choose `volume_ratio = \"evolved\"` or `\"auto\"`",
+            );
+        }
+    }
 }
 
 /// `[linear]`.
 pub(super) fn linear(document: &Document, findings: &mut Findings<'_>) -> LinearSettings {
     let text = &document.linear;
     let mut settings = LinearSettings { solver: text.solver.unwrap_or_default(), ..LinearSettings::default() };
+    if let Some(operator) = &text.operator {
+        settings.operator = *operator.get_ref();
+        if settings.solver.is_direct() {
+            findings.warning(operator.span(), "a direct solver always takes entries");
+        }
+    }
     if let Some(preconditioner) = &text.preconditioner {
         settings.preconditioner = *preconditioner.get_ref();
         if settings.solver.is_direct() {

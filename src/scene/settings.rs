@@ -137,6 +137,8 @@ pub struct LinearSettings {
     pub solver: SolverChoice,
     /// For iterative solvers; default [`PreconditionerChoice::BlockJacobi`].
     pub preconditioner: PreconditionerChoice,
+    /// For iterative solvers; default [`OperatorChoice::Auto`].
+    pub operator: OperatorChoice,
     /// Relative residual of iterative solvers; default 1e-10.
     pub tolerance: f64,
     /// Of iterative solvers; default 1000.
@@ -145,11 +147,20 @@ pub struct LinearSettings {
     pub restart: usize,
 }
 
+impl LinearSettings {
+    /// Whether entries of the tangent, and their pattern, are never asked for.
+    pub fn is_matrix_free(&self) -> bool {
+        let iterative = !self.solver.is_direct() && self.solver != SolverChoice::Auto;
+        iterative && self.operator == OperatorChoice::MatrixFree
+    }
+}
+
 impl Default for LinearSettings {
     fn default() -> Self {
         Self {
             solver: SolverChoice::default(),
             preconditioner: PreconditionerChoice::default(),
+            operator: OperatorChoice::default(),
             tolerance: 1e-10,
             max_iterations: 1000,
             restart: 50,
@@ -176,6 +187,21 @@ pub enum SolverChoice {
     Bicgstab,
     /// Iterative, symmetric positive definite matrices.
     Cg,
+    /// Iterative, symmetric matrices.
+    Minres,
+}
+
+/// Where the products of iterative solvers come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OperatorChoice {
+    /// Entries where the preconditioner needs them anyway, else the action of the tangent.
+    #[default]
+    Auto,
+    /// Entries.
+    Assembled,
+    /// The action of the tangent; entries and their pattern are never built.
+    MatrixFree,
 }
 
 impl SolverChoice {
@@ -196,6 +222,8 @@ pub enum PreconditionerChoice {
     /// Diagonal blocks, one per particle.
     #[default]
     BlockJacobi,
+    /// Multigrid on lattices of tent functions.
+    Multigrid,
     /// Incomplete LU without fill.
     Ilu0,
     /// Incomplete LU with a threshold.
@@ -243,11 +271,13 @@ pub enum OutputField {
     Stress,
     /// √(3/2 s:s) of its deviator s, Pa; left out where there is no solid.
     VonMises,
+    /// V J, m^D: pictures take the size of particles from it.
+    Volume,
 }
 
 impl OutputField {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Pressure,
         Self::Jacobian,
         Self::Velocity,
@@ -255,5 +285,6 @@ impl OutputField {
         Self::DeformationGradient,
         Self::Stress,
         Self::VonMises,
+        Self::Volume,
     ];
 }

@@ -1,7 +1,8 @@
 //! Names in a scene ↔ choices of the solvers.
 
 use nicolson_solvers::linear::{
-    EliminationOrder, KrylovOptions, LinearSolverChoice, Preconditioner, PreconditionerMatrix, Symmetry,
+    AutomaticOptions, EliminationOrder, KrylovOptions, LinearSolverChoice, MultigridOptions, Operator, Preconditioner,
+    PreconditionerMatrix,
 };
 use nicolson_solvers::nonlinear::{Forcing, Globalisation, NewtonOptions, TangentPolicy};
 use nicolson_solvers::time::{Adaptive, Effort, RkcOptions, RkcStages, Scheme, StepControl};
@@ -84,6 +85,7 @@ pub fn unknowns(choice: settings::Unknowns) -> Option<Unknowns> {
 /// Newton's method.
 pub fn newton(scene: &Scene) -> Result<NewtonOptions, RunError> {
     let newton = &scene.newton;
+    let linear_is_automatic = scene.linear.solver == settings::SolverChoice::Auto;
     let options = NewtonOptions {
         relative_tolerance: newton.relative_tolerance,
         scale_tolerance: newton.scale_tolerance,
@@ -104,6 +106,11 @@ pub fn newton(scene: &Scene) -> Result<NewtonOptions, RunError> {
             settings::LineSearch::TrustRegion => Globalisation::TrustRegion { initial_radius: None },
         },
         forcing: match newton.forcing {
+            // A factor solves exactly whatever is asked. What iterates need not outrun Newton's method by far; nor may it
+            // cost an iteration of it.
+            settings::Forcing::Constant if linear_is_automatic => {
+                Forcing::EisenstatWalker2 { first: 1e-6, largest: 1e-2, gamma: 0.1, alpha: 2.0 }
+            }
             settings::Forcing::Constant => Forcing::Constant(scene.linear.tolerance),
             settings::Forcing::EisenstatWalker1 => Forcing::eisenstat_walker_1(),
             settings::Forcing::EisenstatWalker2 => Forcing::eisenstat_walker_2(),
@@ -114,14 +121,15 @@ pub fn newton(scene: &Scene) -> Result<NewtonOptions, RunError> {
     Ok(options)
 }
 
-/// The linear solver. `auto`: LDLᵀ where the tangent is symmetric by construction, LU elsewhere.
-pub fn linear(scene: &Scene, symmetry: Symmetry) -> Result<LinearSolverChoice, RunError> {
+/// The linear solver. An equilibrium is ill-conditioned, and wants a factor where there can be one.
+pub fn linear(scene: &Scene, at_rest: bool) -> Result<LinearSolverChoice, RunError> {
     let linear = &scene.linear;
     let krylov = KrylovOptions {
         preconditioner: match linear.preconditioner {
             settings::PreconditionerChoice::None => Preconditioner::None,
             settings::PreconditionerChoice::Jacobi => Preconditioner::Jacobi,
             settings::PreconditionerChoice::BlockJacobi => Preconditioner::BlockJacobi,
+            settings::PreconditionerChoice::Multigrid => Preconditioner::Multigrid(MultigridOptions::default()),
             settings::PreconditionerChoice::Ilu0 | settings::PreconditionerChoice::OneRing => Preconditioner::Ilu0,
             settings::PreconditionerChoice::Ilut => Preconditioner::ilut(),
             settings::PreconditionerChoice::SymmetricPart => {
@@ -133,17 +141,28 @@ pub fn linear(scene: &Scene, symmetry: Symmetry) -> Result<LinearSolverChoice, R
             settings::PreconditionerChoice::SymmetricPart => PreconditionerMatrix::SymmetricPart,
             _ => PreconditionerMatrix::Auto,
         },
+        operator: match linear.operator {
+            settings::OperatorChoice::Auto => Operator::Auto,
+            settings::OperatorChoice::Assembled => Operator::Assembled,
+            settings::OperatorChoice::MatrixFree => Operator::MatrixFree,
+        },
         max_iterations: linear.max_iterations,
         ..KrylovOptions::default()
     };
     let choice = match linear.solver {
-        settings::SolverChoice::Auto if symmetry != Symmetry::General => LinearSolverChoice::ldlt(),
-        settings::SolverChoice::Auto | settings::SolverChoice::Lu => LinearSolverChoice::Lu,
+        settings::SolverChoice::Auto => LinearSolverChoice::Automatic(AutomaticOptions {
+            direct: at_rest,
+            restart: linear.restart,
+            max_iterations: linear.max_iterations,
+            ..AutomaticOptions::default()
+        }),
+        settings::SolverChoice::Lu => LinearSolverChoice::Lu,
         settings::SolverChoice::Ldlt => LinearSolverChoice::ldlt(),
         settings::SolverChoice::Cholesky => LinearSolverChoice::cholesky(),
         settings::SolverChoice::Gmres => LinearSolverChoice::Gmres { restart: linear.restart, krylov },
         settings::SolverChoice::Bicgstab => LinearSolverChoice::BiCgStab { krylov },
         settings::SolverChoice::Cg => LinearSolverChoice::Cg { krylov },
+        settings::SolverChoice::Minres => LinearSolverChoice::Minres { krylov },
     };
     choice.validate().map_err(|error| RunError::Choice(format!("[linear]: {error}")))?;
     Ok(choice)

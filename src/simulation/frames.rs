@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use crate::model::Model;
-use crate::output::{ColourMap, Frame, OutOfPlane, OutputError, ParticlePlot, Precision, Series, Tensor};
+use crate::output::{Frame, OutOfPlane, OutputError, ParticlePlot, Precision, Series, Tensor};
 use crate::scene::settings::OutputField;
 use crate::tensor::{Tensor as SmallTensor, von_mises};
 
@@ -81,7 +81,11 @@ impl Frames {
         for field in &self.fields {
             match field {
                 OutputField::Pressure => frame.scalars.push(("pressure", Cow::Borrowed(&pressures[..]))),
-                OutputField::Jacobian => frame.scalars.push(("jacobian", Cow::Borrowed(model.volume_ratios(state)))),
+                OutputField::Jacobian => frame.scalars.push(("jacobian", model.volume_ratios(state))),
+                OutputField::Volume => frame.scalars.push((
+                    "volume",
+                    Cow::Owned(current(&model.setup().particles.volumes, &model.volume_ratios(state))),
+                )),
                 OutputField::Velocity => frame.vectors.push(("velocity", Cow::Borrowed(model.velocities_of(state)))),
                 OutputField::Displacement => {
                     frame.vectors.push(("displacement", Cow::Borrowed(model.displacements(state))));
@@ -118,6 +122,8 @@ pub fn draw_particles<const D: usize>(
     path_without_extension: &Path,
 ) -> Result<[PathBuf; 2], OutputError> {
     let positions = current_positions(model, state);
+    // Of particles on a boundary with the part beyond it: they are as large as the others.
+    let volumes = current(&model.setup().particles.kernel_volumes, &model.volume_ratios(state));
     let (values, label) = if model.has_solids() {
         (model.cauchy_stresses(state).iter().map(von_mises).collect(), "von Mises stress [Pa]")
     } else {
@@ -130,12 +136,17 @@ pub fn draw_particles<const D: usize>(
         positions: &positions,
         values: &values,
         label,
-        spacing: model.setup().bodies.first().map_or(1.0, |body| body.spacing),
-        colours: ColourMap::default(),
+        volumes: &volumes,
+        ..ParticlePlot::default()
     }
     .write(path_without_extension)
 }
 
 fn current_positions<const D: usize>(model: &Model<D>, state: &[f64]) -> Vec<f64> {
     (0..model.particles()).flat_map(|a| model.position(state, a).iter().copied().collect::<Vec<_>>()).collect()
+}
+
+/// V J, m^D.
+fn current(volumes: &[f64], ratios: &[f64]) -> Vec<f64> {
+    volumes.iter().zip(ratios).map(|(volume, ratio)| volume * ratio).collect()
 }

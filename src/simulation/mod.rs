@@ -6,6 +6,7 @@
 
 mod amplification;
 mod choices;
+mod clocks;
 mod comparison;
 pub mod diagnostics;
 mod frames;
@@ -18,11 +19,12 @@ mod tangent;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use nicolson_solvers::EvaluationError;
 use nicolson_solvers::time::{StepFailure, StepReport};
 
+use clocks::Clocks;
 pub use comparison::errors as exact_errors;
 pub use ledger::{Entry, Ledger, Summary};
 pub use prepare::{Forecast, Prepared, prepare};
@@ -173,7 +175,7 @@ fn run_in<const D: usize>(
 ) -> Result<Outcome, RunError> {
     let begin = Instant::now();
     let mut prepared = prepare::<D>(scene)?;
-    let setup_time = begin.elapsed();
+    let mut clocks = Clocks::after_setup(begin, &prepared);
     let mut recorder = Recorder::open(scene, options, &mut prepared)?;
     monitor.started(&Plan {
         title: &prepared.model.setup().title,
@@ -194,7 +196,10 @@ fn run_in<const D: usize>(
             break;
         }
         let target = recorder.next_frame().min(prepared.end);
-        match prepared.stepper.advance(&mut prepared.model, &mut prepared.state, target) {
+        let start = Instant::now();
+        let advanced = prepared.stepper.advance(&mut prepared.model, &mut prepared.state, target);
+        clocks.step(start);
+        match advanced {
             Ok(step) => {
                 let recorded = recorder.record(&mut prepared, &step);
                 if let Err(RunError::Outside { .. }) = &recorded {
@@ -205,7 +210,7 @@ fn run_in<const D: usize>(
                 if let Err(error) = recorded {
                     // The results so far are worth a report even where the disk refuses more of them.
                     let failed = Some(error.to_string());
-                    let _ = recorder.close(&prepared, Status::Failed, failed, Times::of(setup_time, begin));
+                    let _ = recorder.close(&prepared, Status::Failed, failed, &clocks);
                     return Err(error);
                 }
                 prepared.warnings[told..].iter().for_each(|warning| monitor.warned(warning));
@@ -225,21 +230,8 @@ fn run_in<const D: usize>(
             }
         }
     }
-    let report = recorder.close(&prepared, status, message, Times::of(setup_time, begin))?;
+    let report = recorder.close(&prepared, status, message, &clocks)?;
     report.warnings[told..].iter().for_each(|warning| monitor.warned(warning));
     monitor.finished(&report);
     Ok(Outcome { report, state: prepared.state.values })
-}
-
-/// Clock readings of a run.
-#[derive(Debug, Clone, Copy)]
-struct Times {
-    setup: Duration,
-    begin: Instant,
-}
-
-impl Times {
-    fn of(setup: Duration, begin: Instant) -> Self {
-        Self { setup, begin }
-    }
 }

@@ -1,6 +1,5 @@
 //! The equilibrium that a run starts from.
 
-use nicolson_solvers::linear::Symmetry;
 use nicolson_solvers::nonlinear::{Globalisation, NewtonOptions, NewtonSolver};
 use nicolson_solvers::time::{Scheme, StepControl, Stepper, TimeState};
 
@@ -20,7 +19,7 @@ pub fn equilibrate<const D: usize>(scene: &Scene, model: &mut Model<D>, values: 
     choices::possible(Scheme::Static, model)?;
     model.set_ramp(Some(Ramp { end: 1.0, frozen: Some(0.0) }));
     let options = NewtonOptions { globalisation: Globalisation::None, ..choices::newton(scene)? };
-    let newton = NewtonSolver::new(options, choices::linear(scene, Symmetry::Symmetric)?.build());
+    let newton = NewtonSolver::new(options, choices::linear(scene, true)?.build());
     let control = StepControl::Fixed { step: 1.0 / INCREMENTS };
     let mut stepper =
         Stepper::new(Scheme::Static, control, Some(newton)).map_err(|error| RunError::Choice(error.to_string()))?;

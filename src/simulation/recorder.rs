@@ -8,11 +8,11 @@ use nicolson_solvers::time::{StepReport, TimeState};
 use super::frames::{Frames, draw_particles};
 use super::ledger::Ledger;
 use super::probes::Gauge;
-use super::{Prepared, RunError, RunOptions, Times, comparison};
+use super::{Clocks, Prepared, RunError, RunOptions, comparison};
 use crate::discretisation::BalanceReport;
 use crate::output::{
-    BalanceWork, EnergyBudget, HistoryColumns, LinearWork, NewtonWork, ProbeColumns, Provenance, Report, Status, Steps,
-    Table, WallSeconds, prepare_directory,
+    BalanceWork, Bottleneck, EnergyBudget, HistoryColumns, LinearWork, NewtonWork, ProbeColumns, Provenance, Report,
+    Status, Steps, Table, prepare_directory,
 };
 use crate::scene::Scene;
 
@@ -40,7 +40,9 @@ pub struct Recorder<const D: usize> {
     frame_count: usize,
     last_frame: f64,
     plots: bool,
-    spent: Duration,
+    /// Time spent on the ledger, and on all the rest.
+    accounting: Duration,
+    writing: Duration,
 }
 
 impl<const D: usize> Recorder<D> {
@@ -79,7 +81,8 @@ impl<const D: usize> Recorder<D> {
             frame_count: 0,
             last_frame: f64::NEG_INFINITY,
             plots: output.plots,
-            spent: Duration::ZERO,
+            accounting: start.elapsed(),
+            writing: Duration::ZERO,
         };
         if let Some(directory) = &options.directory {
             prepare_directory(directory).map_err(|error| RunError::Choice(error.to_string()))?;
@@ -104,7 +107,7 @@ impl<const D: usize> Recorder<D> {
         recorder.probe_columns.values = vec![Vec::new(); recorder.probe_columns.names.len()];
         recorder.row(prepared, 0.0, 0, 0)?;
         recorder.frame(prepared)?;
-        recorder.spent += start.elapsed();
+        recorder.writing = start.elapsed().saturating_sub(recorder.accounting);
         Ok(recorder)
     }
 
@@ -123,7 +126,7 @@ impl<const D: usize> Recorder<D> {
     /// # Errors
     /// If the disk refuses, or the state is outside the domain of the law.
     pub fn record(&mut self, prepared: &mut Prepared<D>, step: &StepReport) -> Result<(), RunError> {
-        let start = Instant::now();
+        let begin = Instant::now();
         if self.keeps_history {
             // An explicit scheme accepts a state without evaluating it: the books may be the first to see
             // that it is outside the domain of the law. Then the run ends with the state before.
@@ -134,6 +137,8 @@ impl<const D: usize> Recorder<D> {
                 return Err(RunError::Outside { time, error });
             }
         }
+        let start = Instant::now();
+        self.accounting += start - begin;
         if self.ledger.past_maximum() {
             prepared.warnings.extend(self.hourglass_warning(prepared.state.time));
         }
@@ -141,7 +146,7 @@ impl<const D: usize> Recorder<D> {
         if prepared.state.time >= self.next_frame() {
             self.frame(prepared)?;
         }
-        self.spent += start.elapsed();
+        self.writing += start.elapsed();
         Ok(())
     }
 
@@ -219,7 +224,7 @@ impl<const D: usize> Recorder<D> {
         prepared: &Prepared<D>,
         status: Status,
         message: Option<String>,
-        times: Times,
+        clocks: &Clocks,
     ) -> Result<Report, RunError> {
         let start = Instant::now();
         if self.last_frame < prepared.state.time {
@@ -232,8 +237,9 @@ impl<const D: usize> Recorder<D> {
             self.probe_columns.write(&directory)?;
             draw_particles(&prepared.model, prepared.state.time, &prepared.state.values, &directory.join("particles"))?;
         }
-        self.spent += start.elapsed();
-        let mut report = self.report(prepared, status, message, times);
+        self.writing += start.elapsed();
+        let mut report = self.report(prepared, status, message, clocks);
+        report.bottleneck = Bottleneck::of(&report);
         report.warnings.extend(self.hourglass_warning(prepared.state.time));
         if let Some(directory) = &self.directory {
             report.write(directory)?;
@@ -241,7 +247,7 @@ impl<const D: usize> Recorder<D> {
         Ok(report)
     }
 
-    fn report(&self, prepared: &Prepared<D>, status: Status, message: Option<String>, times: Times) -> Report {
+    fn report(&self, prepared: &Prepared<D>, status: Status, message: Option<String>, clocks: &Clocks) -> Report {
         let Prepared { model, stepper, state, .. } = prepared;
         let statistics = stepper.statistics();
         let newton = stepper.newton();
@@ -249,8 +255,6 @@ impl<const D: usize> Recorder<D> {
         let counts = newton.map(|newton| newton.linear().counts()).unwrap_or_default();
         let info = newton.map(|newton| newton.linear().info());
         let ledger = self.ledger.summary();
-        let clocks = model.times();
-        let solver_assembly = clocks.assembly.as_secs_f64();
         Report {
             status,
             message,
@@ -269,6 +273,7 @@ impl<const D: usize> Recorder<D> {
             },
             linear: LinearWork {
                 solver: info.as_ref().map(|info| info.name.clone()).unwrap_or_default(),
+                reason: info.as_ref().map(|info| info.reason.clone()).unwrap_or_default(),
                 analyses: counts.analyses,
                 factorisations: counts.factorisations,
                 solves: counts.solves,
@@ -277,16 +282,8 @@ impl<const D: usize> Recorder<D> {
             },
             rate_evaluations: statistics.rate_evaluations,
             explicit_step_limit: Some(prepared.explicit_step_limit),
-            wall_seconds: WallSeconds {
-                setup: times.setup.as_secs_f64(),
-                rate: clocks.rate.as_secs_f64(),
-                assembly: solver_assembly,
-                // Filling the entries happens inside the factorisation's clock.
-                factorisation: (totals.factorisation_seconds - model.fill_seconds()).max(0.0),
-                solve: totals.solve_seconds,
-                output: self.spent.as_secs_f64(),
-                total: times.begin.elapsed().as_secs_f64(),
-            },
+            wall_seconds: clocks.read(prepared, self.accounting, self.writing),
+            bottleneck: Bottleneck::default(),
             energy: EnergyBudget {
                 initial: ledger.totals.0,
                 r#final: ledger.totals.1,
@@ -313,6 +310,7 @@ fn balance_work(report: &BalanceReport) -> BalanceWork {
     BalanceWork {
         body: report.body.clone(),
         balanced: report.balanced,
+        cells: report.cells,
         note: report.note.clone(),
         missed: report.missed,
         band: report.band,

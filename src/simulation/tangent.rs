@@ -17,7 +17,14 @@ struct Keeper(Slot);
 
 impl LinearSolver for Keeper {
     fn info(&self) -> LinearSolverInfo {
-        LinearSolverInfo { name: "keeper of the tangent".into(), unknowns: 0, entries: 0, fill: 0, threads: 1 }
+        LinearSolverInfo {
+            name: "keeper of the tangent".into(),
+            unknowns: 0,
+            entries: 0,
+            fill: 0,
+            threads: 1,
+            reason: String::new(),
+        }
     }
 
     fn counts(&self) -> LinearCounts {

@@ -17,16 +17,19 @@ pub type Tensor<const D: usize> = SMatrix<f64, D, D>;
 pub type Tensor4<const D: usize> = [[Tensor<D>; D]; D];
 
 /// Outer product `a ⊗ b`, component `(i, j) = a_i b_j`.
+#[inline]
 pub fn outer<const D: usize>(a: &Vector<D>, b: &Vector<D>) -> Tensor<D> {
     Tensor::from_fn(|i, j| a[i] * b[j])
 }
 
 /// Double contraction `A : B = Σ A_ij B_ij`.
+#[inline]
 pub fn contract<const D: usize>(a: &Tensor<D>, b: &Tensor<D>) -> f64 {
     a.as_slice().iter().zip(b.as_slice()).map(|(a, b)| a * b).sum()
 }
 
 /// Determinant.
+#[inline]
 pub fn determinant<const D: usize>(f: &Tensor<D>) -> f64 {
     match D {
         1 => f[(0, 0)],
@@ -39,6 +42,7 @@ pub fn determinant<const D: usize>(f: &Tensor<D>) -> f64 {
 }
 
 /// Cofactor `cof F = det(F) F⁻ᵀ`, defined for singular F too. In 1D it is 1, in 2D linear in F.
+#[inline]
 pub fn cofactor<const D: usize>(f: &Tensor<D>) -> Tensor<D> {
     match D {
         1 => Tensor::from_element(1.0),
@@ -54,6 +58,7 @@ pub fn cofactor<const D: usize>(f: &Tensor<D>) -> Tensor<D> {
 ///
 /// The operator is the second derivative of the determinant, hence self-adjoint:
 /// `B : (∂cof : A) = A : (∂cof : B)`.
+#[inline]
 pub fn cofactor_variation<const D: usize>(f: &Tensor<D>, a: &Tensor<D>) -> Tensor<D> {
     match D {
         1 => Tensor::zeros(),
@@ -147,6 +152,7 @@ pub fn add4<const D: usize>(t: &mut Tensor4<D>, u: &Tensor4<D>, factor: f64) {
 }
 
 /// `(T : A)_ij = T_ijkl A_kl`.
+#[inline]
 pub fn apply4<const D: usize>(t: &Tensor4<D>, a: &Tensor<D>) -> Tensor<D> {
     Tensor::from_fn(|i, j| contract(&t[i][j], a))
 }
@@ -157,6 +163,7 @@ pub fn coordinates<const D: usize>(x: &Vector<D>) -> [f64; 3] {
 }
 
 /// Slices of a flat particle-major array as vectors.
+#[inline]
 pub fn vector_at<const D: usize>(flat: &[f64], particle: usize) -> Vector<D> {
     Vector::from_column_slice(&flat[particle * D..particle * D + D])
 }

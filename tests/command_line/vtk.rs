@@ -34,7 +34,7 @@ for entry in entries:
     if grid.GetFieldData().GetArray("TimeValue").GetValue(0) != float(entry.get("timestep")):
         errors.append("TimeValue and index differ")
     shapes = {data.GetArrayName(i): data.GetArray(i).GetNumberOfComponents() for i in range(data.GetNumberOfArrays())}
-    if shapes != {"pressure": 1, "jacobian": 1, "velocity": 3, "displacement": 3, "deformation_gradient": 9}:
+    if shapes != {"pressure": 1, "jacobian": 1, "velocity": 3, "displacement": 3, "deformation_gradient": 9, "volume": 1}:
         errors.append(f"arrays {shapes}")
         continue
     moved, gradient, ratio = (data.GetArray(name) for name in ("displacement", "deformation_gradient", "jacobian"))

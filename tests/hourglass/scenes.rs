@@ -64,4 +64,10 @@ fn solids_have_what_suits_the_weights_that_they_get() {
     ] {
         assert_eq!(read_text(&text.replace("BODY", body)).unwrap(), (expected, vec![]), "{body}");
     }
+    // λ/μ = 2ν/(1 − 2ν) against that of ν = 0.45.
+    for (ratio, share) in [("-0.2", 1.0), ("0.4", 1.0), ("0.49", 9.0 / 49.0), ("0.4999", 0.1)] {
+        let text = text.replace("BODY", "").replace("poissons_ratio = 0.3", &format!("poissons_ratio = {ratio}"));
+        let (found, _) = read_text(&text).unwrap();
+        assert!((found / DEFAULT_HOURGLASS - share).abs() < 1e-9, "ν = {ratio}: {found}");
+    }
 }

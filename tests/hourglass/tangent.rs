@@ -16,6 +16,7 @@ fn tangent_is_exact<const D: usize>(counts: [usize; D]) {
         corrected_gradient: false,
         interface: InterfaceChoice::Constant,
         stress_jump: false,
+        transverse_shear: true,
     };
     for (law, stabilisation) in [(linear(), None), (fluid(), None), (fluid(), Some(stabilisation))] {
         for unknowns in [None, Some(Unknowns::VelocityJacobian), Some(Unknowns::Full)] {

@@ -59,6 +59,7 @@ pub fn setup<const D: usize>(particles: Particles<D>, spacing: f64, material: Ma
             weights: WeightChoice::Separate,
             material,
             cofactor: CofactorChoice::Geometric,
+            volume_ratio: VolumeRatioChoice::Auto,
             hourglass: Some(0.0),
         }],
         particles,

@@ -128,7 +128,7 @@ impl BiCgStab {
                 return End::Orthogonal;
             }
             *iterations += 1;
-            inverse.apply(&self.direction, &mut self.preconditioned);
+            inverse.apply_within(action, &self.direction, &mut self.preconditioned);
             action(&self.preconditioned, &mut self.product);
             let slope = dot(&self.shadow, &self.product);
             let stretched = norm(&self.product);
@@ -148,7 +148,7 @@ impl BiCgStab {
             if length <= target {
                 return End::RecursionConverged;
             }
-            inverse.apply(&self.residual, &mut self.preconditioned);
+            inverse.apply_within(action, &self.residual, &mut self.preconditioned);
             action(&self.preconditioned, &mut self.second);
             let stretched = norm(&self.second);
             if !stretched.is_finite() {

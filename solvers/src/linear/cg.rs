@@ -73,7 +73,7 @@ impl Cg {
         iterations: &mut usize,
         largest: &mut f64,
     ) -> Option<Stop> {
-        inverse.apply(&self.residual, &mut self.preconditioned);
+        inverse.apply_within(action, &self.residual, &mut self.preconditioned);
         self.direction.copy_from_slice(&self.preconditioned);
         let mut product = dot(&self.residual, &self.preconditioned);
         loop {
@@ -108,7 +108,7 @@ impl Cg {
             if norm(&self.residual) <= limits.tolerance * scale {
                 return None;
             }
-            inverse.apply(&self.residual, &mut self.preconditioned);
+            inverse.apply_within(action, &self.residual, &mut self.preconditioned);
             let next = dot(&self.residual, &self.preconditioned);
             let conjugation = next / product;
             for (p, z) in self.direction.iter_mut().zip(&self.preconditioned) {

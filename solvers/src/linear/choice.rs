@@ -1,9 +1,12 @@
 //! The choice of a linear solver as plain data.
 
+use super::automatic::Automatic;
 use super::bicgstab::BiCgStab;
 use super::cg::Cg;
 use super::gmres::Gmres;
 use super::krylov::{Krylov, Method};
+use super::minres::Minres;
+use super::multigrid::MultigridOptions;
 use super::{EliminationOrder, LinearSolver, SparseCholesky, SparseLdlt, SparseLu};
 
 /// Which linear solver to use, and with what settings.
@@ -18,6 +21,8 @@ pub enum LinearSolverChoice {
     /// Sparse LU: any matrix with entries.
     #[default]
     Lu,
+    /// Iterates or factors, by counted costs: any operator.
+    Automatic(AutomaticOptions),
     /// Sparse LDLᵀ: symmetric matrices with entries.
     Ldlt {
         /// Order of elimination.
@@ -45,6 +50,30 @@ pub enum LinearSolverChoice {
         /// Settings of the iteration.
         krylov: KrylovOptions,
     },
+    /// MINRES: symmetric operators, definite or not.
+    Minres {
+        /// Settings of the iteration.
+        krylov: KrylovOptions,
+    },
+}
+
+/// Settings of the solver that chooses for itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AutomaticOptions {
+    /// Factor whatever it costs, unless memory forbids it.
+    pub direct: bool,
+    /// Keep a factor for later operators as long as that is cheaper than another one.
+    pub keeps: bool,
+    /// Length of a cycle of GMRES.
+    pub restart: usize,
+    /// Iterations at most in one solve.
+    pub max_iterations: usize,
+}
+
+impl Default for AutomaticOptions {
+    fn default() -> Self {
+        Self { direct: false, keeps: true, restart: 50, max_iterations: 1000 }
+    }
 }
 
 /// Settings that all Krylov methods share.
@@ -79,13 +108,15 @@ impl Default for KrylovOptions {
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Preconditioner {
-    /// None at all; the only one that needs no entries.
+    /// None at all.
     None,
     /// The diagonal.
     Jacobi,
     /// The diagonal blocks of unknowns that belong together.
     #[default]
     BlockJacobi,
+    /// Multigrid on lattices of tent functions, for large steps and quasi-static problems.
+    Multigrid(MultigridOptions),
     /// Incomplete LU on the pattern of the matrix.
     Ilu0,
     /// Incomplete LU with two thresholds.
@@ -152,12 +183,15 @@ pub struct InvalidChoice {
     pub reason: String,
 }
 
-fn refuse(setting: &'static str, reason: impl Into<String>) -> Result<(), InvalidChoice> {
+pub(super) fn refuse(setting: &'static str, reason: impl Into<String>) -> Result<(), InvalidChoice> {
     Err(InvalidChoice { setting, reason: reason.into() })
 }
 
 impl KrylovOptions {
     fn validate(&self) -> Result<(), InvalidChoice> {
+        if let Preconditioner::Multigrid(options) = &self.preconditioner {
+            options.validate()?;
+        }
         if self.max_iterations == 0 {
             return refuse("max_iterations", "must be at least 1");
         }
@@ -176,12 +210,17 @@ impl KrylovOptions {
 }
 
 impl LinearSolverChoice {
-    /// LDLᵀ in minimum degree order.
+    /// The default settings of the solver that chooses for itself.
+    pub fn automatic() -> Self {
+        Self::Automatic(AutomaticOptions::default())
+    }
+
+    /// LDLᵀ in the default order.
     pub fn ldlt() -> Self {
         Self::Ldlt { order: EliminationOrder::default() }
     }
 
-    /// Cholesky in minimum degree order.
+    /// Cholesky in the default order.
     pub fn cholesky() -> Self {
         Self::Cholesky { order: EliminationOrder::default() }
     }
@@ -201,19 +240,29 @@ impl LinearSolverChoice {
         Self::Cg { krylov: KrylovOptions::default() }
     }
 
+    /// MINRES with the default settings.
+    pub fn minres() -> Self {
+        Self::Minres { krylov: KrylovOptions::default() }
+    }
+
     /// Checks the settings.
     ///
     /// # Errors
-    /// [`InvalidChoice`] for a setting out of its range, or a preconditioner that CG cannot use.
+    /// [`InvalidChoice`] for a setting out of its range, or a preconditioner that CG or MINRES cannot use.
     pub fn validate(&self) -> Result<(), InvalidChoice> {
         match self {
             Self::Lu | Self::Ldlt { .. } | Self::Cholesky { .. } => Ok(()),
+            Self::Automatic(options) if options.restart == 0 => refuse("restart", "must be at least 1"),
+            Self::Automatic(options) if options.max_iterations == 0 => refuse("max_iterations", "must be at least 1"),
+            Self::Automatic(_) => Ok(()),
             Self::Gmres { restart: 0, .. } => refuse("restart", "must be at least 1"),
             Self::Gmres { krylov, .. } | Self::BiCgStab { krylov } => krylov.validate(),
-            Self::Cg { krylov } => match krylov.preconditioner {
-                Preconditioner::Ilut { .. } => refuse("preconditioner", "ILUT is not symmetric; CG takes ILU(0)"),
+            Self::Cg { krylov } | Self::Minres { krylov } => match krylov.preconditioner {
+                Preconditioner::Ilut { .. } => {
+                    refuse("preconditioner", "ILUT is not symmetric; CG and MINRES take ILU(0)")
+                }
                 Preconditioner::Lu | Preconditioner::Ldlt { .. } => {
-                    refuse("preconditioner", "CG needs a positive definite factor: choose Cholesky")
+                    refuse("preconditioner", "CG and MINRES need a positive definite factor: choose Cholesky")
                 }
                 _ => krylov.validate(),
             },
@@ -230,6 +279,7 @@ impl LinearSolverChoice {
         }
         match self {
             Self::Lu => Box::new(SparseLu::new()),
+            Self::Automatic(options) => Box::new(Automatic::new(options.clone())),
             Self::Ldlt { order } => Box::new(SparseLdlt::new(order.clone())),
             Self::Cholesky { order } => Box::new(SparseCholesky::new(order.clone())),
             Self::Gmres { restart, krylov } => {
@@ -238,6 +288,7 @@ impl LinearSolverChoice {
             }
             Self::BiCgStab { krylov } => Box::new(Krylov::new(Method::BiCgStab(BiCgStab::default()), krylov.clone())),
             Self::Cg { krylov } => Box::new(Krylov::new(Method::Cg(Cg::default()), krylov.clone())),
+            Self::Minres { krylov } => Box::new(Krylov::new(Method::Minres(Minres::default()), krylov.clone())),
         }
     }
 }

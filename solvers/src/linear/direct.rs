@@ -5,6 +5,7 @@
 //! slowly or diverge; then the same products are spent on GMRES preconditioned by `M`, which converges
 //! whenever refinement does, and faster.
 
+use super::effort::FactorSize;
 use super::factor::{FactoredMatrix, Factors};
 use super::gmres::Gmres;
 use super::iteration::{ApproximateInverse, Limits, check_vectors, misses, residual};
@@ -42,6 +43,11 @@ impl Direct {
         }
     }
 
+    /// Size of the factor, where the analysis tells.
+    pub(super) fn size_of_factor(&self) -> Option<FactorSize> {
+        self.factor.size_of_factor()
+    }
+
     /// Whether the residual is what rounding leaves of `b − A x`: iterating would change nothing.
     fn at_rounding(&self, x: &[f64], b: &[f64]) -> bool {
         let noise = f64::EPSILON * (self.factor.magnitude() * max_norm(x) + max_norm(b));
@@ -57,6 +63,7 @@ impl LinearSolver for Direct {
             entries: self.factor.entries(),
             fill: self.factor.fill(),
             threads: 1,
+            reason: String::new(),
         }
     }
 
@@ -73,12 +80,41 @@ impl LinearSolver for Direct {
         Ok(())
     }
 
+    fn solve_unchecked(&mut self, b: &[f64], x: &mut [f64]) -> Option<Result<(), LinearError>> {
+        let n = self.factor.size()?;
+        if b.len() != n || x.len() != n {
+            return None;
+        }
+        self.counts.solves += 1;
+        self.factor.apply(b, x);
+        Some(match first_not_finite(x) {
+            None => Ok(()),
+            Some(_) => Err(LinearError::Singular { unknown: None }),
+        })
+    }
+
     fn solve(
         &mut self,
         tangent: &dyn Tangent,
         b: &[f64],
         x: &mut [f64],
         tolerance: f64,
+    ) -> Result<LinearReport, LinearError> {
+        self.solve_within(tangent, b, x, tolerance, ACCELERATED, None)
+    }
+}
+
+impl Direct {
+    /// Solves with at most so many iterations. With a part `acceleration` of the iterations that refinement would take,
+    /// as its first contraction tells, a solve that would take more is given up at once.
+    pub(super) fn solve_within(
+        &mut self,
+        tangent: &dyn Tangent,
+        b: &[f64],
+        x: &mut [f64],
+        tolerance: f64,
+        most: usize,
+        acceleration: Option<f64>,
     ) -> Result<LinearReport, LinearError> {
         let n = self.factor.size().ok_or(LinearError::NotPrepared)?;
         check_vectors(n, tangent, b, x)?;
@@ -97,8 +133,14 @@ impl LinearSolver for Direct {
         if let Some(row) = first_not_finite(&self.residual) {
             return Err(LinearError::EntryNotFinite { row });
         }
+        if let Some(part) = acceleration
+            && misses(relative, tolerance)
+            && (misses(relative, 1.0) || part * tolerance.ln() / relative.ln() > most as f64)
+        {
+            return Err(LinearError::Inaccurate { relative_residual: relative });
+        }
         let mut iterations = 0;
-        while misses(relative, tolerance) && iterations < REFINEMENTS && !self.at_rounding(x, b) {
+        while misses(relative, tolerance) && iterations < REFINEMENTS.min(most) && !self.at_rounding(x, b) {
             self.factor.apply(&self.residual, &mut self.correction);
             self.previous.copy_from_slice(x);
             axpy(1.0, &self.correction, x);
@@ -118,7 +160,8 @@ impl LinearSolver for Direct {
         if misses(relative, tolerance) {
             residual(&action, b, x, &mut self.residual);
             if !self.at_rounding(x, b) {
-                let limits = Limits { tolerance, max_iterations: ACCELERATED };
+                let max_iterations = ACCELERATED.min(most).saturating_sub(iterations);
+                let limits = Limits { tolerance, max_iterations };
                 let outcome = self.acceleration.solve(&action, &mut self.factor, b, x, limits);
                 iterations += outcome.iterations;
                 relative = outcome.relative_residual;
@@ -147,6 +190,10 @@ macro_rules! delegate_to_direct {
 
             fn prepare(&mut self, tangent: &dyn crate::linear::Tangent) -> Result<(), crate::linear::LinearError> {
                 self.0.prepare(tangent)
+            }
+
+            fn solve_unchecked(&mut self, b: &[f64], x: &mut [f64]) -> Option<Result<(), crate::linear::LinearError>> {
+                self.0.solve_unchecked(b, x)
             }
 
             fn solve(

@@ -10,6 +10,7 @@
 
 use std::sync::Arc;
 
+use super::effort::FactorSize;
 use super::iteration::{ApproximateInverse, is_known, misses};
 use super::scaling::Equilibration;
 use super::{LinearCounts, LinearError, SparsePattern, Symmetry, Tangent};
@@ -32,8 +33,8 @@ pub(super) trait Factors: Send {
     /// Whether a symmetric matrix is needed.
     fn needs_symmetry(&self) -> bool;
 
-    /// Prepares for matrices on a new pattern.
-    fn analyse(&mut self, pattern: &SparsePattern) -> Result<(), LinearError>;
+    /// Prepares for matrices on a new pattern, that of a tangent.
+    fn analyse(&mut self, pattern: &SparsePattern, tangent: &dyn Tangent) -> Result<(), LinearError>;
 
     /// Factors a matrix on the pattern of the last analysis.
     fn factor(&mut self, pattern: &SparsePattern, values: &[f64]) -> Result<(), LinearError>;
@@ -63,6 +64,11 @@ pub(super) trait Factors: Send {
 
     /// Stored entries of the factors (a bound where the library does not tell).
     fn fill(&self) -> usize;
+
+    /// Size of the factor of the first variant, where the analysis tells.
+    fn size(&self) -> Option<FactorSize> {
+        None
+    }
 }
 
 /// The factor of one matrix after another on the same pattern, with its scaling.
@@ -98,6 +104,11 @@ impl FactoredMatrix {
         self.pattern.as_ref().filter(|_| self.ready).map(|p| p.size())
     }
 
+    /// Size of the factor, where the analysis tells.
+    pub(super) fn size_of_factor(&self) -> Option<FactorSize> {
+        self.factors.size()
+    }
+
     /// Stored entries of the matrix.
     pub(super) fn entries(&self) -> usize {
         self.values.len()
@@ -109,7 +120,12 @@ impl FactoredMatrix {
     }
 
     /// Analyses a pattern that is new.
-    fn analyse(&mut self, pattern: &Arc<SparsePattern>, counts: &mut LinearCounts) -> Result<(), LinearError> {
+    fn analyse(
+        &mut self,
+        pattern: &Arc<SparsePattern>,
+        tangent: &dyn Tangent,
+        counts: &mut LinearCounts,
+    ) -> Result<(), LinearError> {
         if is_known(&self.pattern, pattern) {
             return Ok(());
         }
@@ -125,7 +141,7 @@ impl FactoredMatrix {
             if let Some(row) = (0..n).find(|&row| pattern.row(row).is_empty()) {
                 return Err(LinearError::Singular { unknown: Some(row) });
             }
-            self.factors.analyse(pattern)?;
+            self.factors.analyse(pattern, tangent)?;
         }
         self.pattern = Some(Arc::clone(pattern));
         Ok(())
@@ -247,7 +263,7 @@ impl ApproximateInverse for FactoredMatrix {
         if pattern.size() != tangent.size() {
             return Err(LinearError::WrongLength { expected: tangent.size(), found: pattern.size() });
         }
-        self.analyse(pattern, counts)?;
+        self.analyse(pattern, tangent, counts)?;
         tangent.fill(&mut self.values);
         check_entries(pattern, &self.values)?;
         self.magnitude = norm_of_rows(pattern, &self.values);

@@ -69,7 +69,7 @@ impl Gmres {
             let steps = self.restart.min(limits.max_iterations - iterations);
             let (done, end) = self.cycle(action, inverse, scale * limits.tolerance, steps);
             iterations += done;
-            if !self.update(inverse, done, x) {
+            if !self.update(action, inverse, done, x) {
                 return Outcome { iterations, relative_residual: relative, stop: end.unwrap_or(Stop::NotFinite) };
             }
             let before = relative;
@@ -104,7 +104,7 @@ impl Gmres {
             self.vector(j + 1, n);
             let (old, new) = self.basis.split_at_mut(j + 1);
             let w = &mut new[0];
-            inverse.apply(&old[j], &mut self.direction);
+            inverse.apply_within(action, &old[j], &mut self.direction);
             action(&self.direction, w);
             let length = norm(w);
             if !length.is_finite() {
@@ -158,7 +158,13 @@ impl Gmres {
     }
 
     /// `x += M⁻¹ V y` with `R y = g`. False if nothing finite came out.
-    fn update(&mut self, inverse: &mut dyn ApproximateInverse, steps: usize, x: &mut [f64]) -> bool {
+    fn update(
+        &mut self,
+        action: &Action<'_>,
+        inverse: &mut dyn ApproximateInverse,
+        steps: usize,
+        x: &mut [f64],
+    ) -> bool {
         if steps == 0 {
             return false;
         }
@@ -174,7 +180,7 @@ impl Gmres {
         for (v, &y) in self.basis.iter().zip(&y[..steps]) {
             axpy(y, v, &mut self.residual);
         }
-        inverse.apply(&self.residual, &mut self.direction);
+        inverse.apply_within(action, &self.residual, &mut self.direction);
         if crate::vector::first_not_finite(&self.direction).is_some() {
             return false;
         }

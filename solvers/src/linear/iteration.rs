@@ -19,6 +19,12 @@ pub(super) trait ApproximateInverse: Send {
     /// `z = M⁻¹ r`. Only after a successful preparation.
     fn apply(&mut self, r: &[f64], z: &mut [f64]);
 
+    /// The same for inverses that use products with the operator.
+    fn apply_within(&mut self, action: &Action<'_>, r: &[f64], z: &mut [f64]) {
+        let _ = action;
+        self.apply(r, z);
+    }
+
     /// Stored entries.
     fn fill(&self) -> usize;
 }

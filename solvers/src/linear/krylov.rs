@@ -12,9 +12,10 @@ use super::choice::{KrylovOptions, Operator, Preconditioner, PreconditionerMatri
 use super::factor::check_entries;
 use super::gmres::Gmres;
 use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, check_vectors, is_known, misses, residual};
+use super::minres::Minres;
 use super::{
-    LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, SparseMatrix, SparsePattern, Symmetry,
-    Tangent, precondition,
+    CoarseMatrix, Geometry, LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, Places,
+    SparseMatrix, SparsePattern, Symmetry, Tangent, Tents, precondition,
 };
 use crate::vector::{axpy, dot, first_not_finite, max_norm, norm};
 
@@ -26,6 +27,7 @@ pub(super) enum Method {
     Gmres { restart: usize, work: Gmres },
     BiCgStab(BiCgStab),
     Cg(Cg),
+    Minres(Minres),
 }
 
 /// A Krylov method with its preconditioner.
@@ -75,6 +77,61 @@ impl Tangent for Assembled<'_> {
         self.tangent.blocks()
     }
 
+    fn geometry(&self) -> Option<Geometry> {
+        self.tangent.geometry()
+    }
+
+    fn project(&self, tents: &Tents, coarse: &mut CoarseMatrix) -> bool {
+        self.tangent.project(tents, coarse)
+    }
+
+    fn sparser(&self) -> Option<&dyn Tangent> {
+        self.tangent.sparser()
+    }
+}
+
+/// The operator with its entries hidden, so that nobody builds their pattern.
+struct WithoutEntries<'a> {
+    tangent: &'a dyn Tangent,
+}
+
+impl Tangent for WithoutEntries<'_> {
+    fn size(&self) -> usize {
+        self.tangent.size()
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.tangent.symmetry()
+    }
+
+    fn apply(&self, v: &[f64], out: &mut [f64]) {
+        self.tangent.apply(v, out);
+    }
+
+    fn blocks(&self) -> &[usize] {
+        self.tangent.blocks()
+    }
+
+    fn offers_diagonal_blocks(&self) -> bool {
+        self.tangent.offers_diagonal_blocks()
+    }
+
+    fn diagonal_blocks(&self, values: &mut [f64]) {
+        self.tangent.diagonal_blocks(values);
+    }
+
+    fn geometry(&self) -> Option<Geometry> {
+        self.tangent.geometry()
+    }
+
+    fn project(&self, tents: &Tents, coarse: &mut CoarseMatrix) -> bool {
+        self.tangent.project(tents, coarse)
+    }
+
+    fn places(&self) -> Option<Places> {
+        self.tangent.places()
+    }
+
     fn sparser(&self) -> Option<&dyn Tangent> {
         self.tangent.sparser()
     }
@@ -83,10 +140,10 @@ impl Tangent for Assembled<'_> {
 impl Krylov {
     /// A solver that is not prepared yet.
     pub(super) fn new(method: Method, options: KrylovOptions) -> Self {
-        let definite = matches!(method, Method::Cg(_));
+        let definite = matches!(method, Method::Cg(_) | Method::Minres(_));
         let preconditioner = precondition::build(&options.preconditioner, options.preconditioner_matrix, definite);
         let reads_entries = options.preconditioner_matrix != PreconditionerMatrix::Sparser
-            && options.preconditioner != Preconditioner::None;
+            && !matches!(options.preconditioner, Preconditioner::None | Preconditioner::Multigrid(_));
         Self {
             method,
             options,
@@ -102,11 +159,17 @@ impl Krylov {
         }
     }
 
+    /// Limits the iterations of later solves.
+    pub(super) fn limit(&mut self, iterations: usize) {
+        self.options.max_iterations = iterations;
+    }
+
     fn name(&self) -> String {
         let method = match &self.method {
             Method::Gmres { restart, .. } => format!("GMRES({restart})"),
             Method::BiCgStab(_) => "BiCGStab".to_owned(),
             Method::Cg(_) => "CG".to_owned(),
+            Method::Minres(_) => "MINRES".to_owned(),
         };
         match self.preconditioner.name() {
             name if name.is_empty() => method,
@@ -116,11 +179,18 @@ impl Krylov {
 
     /// Assembles the entries if the settings ask for them.
     fn assemble(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
-        let pattern = match (self.options.operator, tangent.pattern()) {
-            (Operator::Assembled, None) => return Err(LinearError::NeedsEntries { solver: self.name() }),
-            (Operator::Assembled, Some(pattern)) => pattern,
-            (Operator::Auto, Some(pattern)) if self.reads_entries => pattern,
-            (Operator::Auto | Operator::MatrixFree, _) => {
+        let wanted = match self.options.operator {
+            Operator::Assembled => true,
+            Operator::Auto => self.reads_entries,
+            Operator::MatrixFree => false,
+        };
+        // Asking for a pattern may build it.
+        let pattern = match if wanted { tangent.pattern() } else { None } {
+            Some(pattern) => pattern,
+            None if self.options.operator == Operator::Assembled => {
+                return Err(LinearError::NeedsEntries { solver: self.name() });
+            }
+            None => {
                 self.assembled = false;
                 self.matrix = None;
                 self.pattern = None;
@@ -159,6 +229,7 @@ impl Krylov {
             Method::Gmres { work, .. } => work.solve(action, inverse, b, x, limits),
             Method::BiCgStab(work) => work.solve(action, inverse, b, x, limits),
             Method::Cg(work) => work.solve(action, inverse, b, x, limits),
+            Method::Minres(work) => work.solve(action, inverse, b, x, limits),
         }
     }
 
@@ -213,6 +284,7 @@ impl LinearSolver for Krylov {
             entries: self.matrix.as_ref().map_or(0, |m| m.values().len()),
             fill: if self.size.is_some() { self.preconditioner.fill() } else { 0 },
             threads: rayon::current_num_threads(),
+            reason: String::new(),
         }
     }
 
@@ -222,7 +294,7 @@ impl LinearSolver for Krylov {
 
     fn prepare(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
         self.size = None;
-        if matches!(self.method, Method::Cg(_)) && tangent.symmetry() == Symmetry::General {
+        if matches!(self.method, Method::Cg(_) | Method::Minres(_)) && tangent.symmetry() == Symmetry::General {
             return Err(LinearError::NeedsSymmetry { solver: self.name() });
         }
         self.assemble(tangent)?;
@@ -230,6 +302,15 @@ impl LinearSolver for Krylov {
             Some(matrix) => {
                 let known = Assembled { tangent, values: matrix.values() };
                 self.preconditioner.prepare(&known, &mut self.counts)?;
+            }
+            None if self.options.operator == Operator::MatrixFree => {
+                match self.preconditioner.prepare(&WithoutEntries { tangent }, &mut self.counts) {
+                    // It cannot do without them: only the products are free of entries then.
+                    Err(LinearError::NeedsEntries { .. }) => {
+                        self.preconditioner.prepare(tangent, &mut self.counts)?;
+                    }
+                    outcome => outcome?,
+                }
             }
             None => self.preconditioner.prepare(tangent, &mut self.counts)?,
         }

@@ -1,12 +1,13 @@
 //! Sparse LDLᵀ and Cholesky, by faer.
 //!
 //! A symmetric matrix costs a tenth of the time and a sixth of the memory that LU takes on the same
-//! pattern. The order of elimination is approximate minimum degree or one that is given (a nested
-//! dissection from the positions of the particles, say). Neither method exchanges rows, so the factor
+//! pattern. The order of elimination is a nested dissection from the places of the unknowns, approximate
+//! minimum degree, or one that is given. Neither method exchanges rows, so the factor
 //! of an indefinite matrix is probed, and where plain LDLᵀ has lost its accuracy, Bunch–Kaufman pivoting
 //! inside the supernodes (LBLᵀ) takes over; where that does not reach, LU. Both are rare, and show in
 //! the name that the solver tells.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -22,10 +23,12 @@ use faer::sparse::linalg::cholesky::{
 use faer::{Conj, MatMut, Par, Side};
 
 use super::direct::{Direct, delegate_to_direct};
+use super::effort::FactorSize;
+use super::elimination::elimination_order;
 use super::factor::Factors;
 use super::lu::{LuFactors, failure, memory, transposed};
-use super::pivots::{has_good_pivots, inverse, pivot, unknown};
-use super::{LinearError, SparsePattern};
+use super::pivots::{has_good_pivots, inverse, pivot, size_of, unknown};
+use super::{LinearError, SparsePattern, Tangent};
 
 /// Below every ratio of operations to entries: always supernodal, so that pivoting inside supernodes
 /// is always there to fall back to.
@@ -36,8 +39,11 @@ const ROUNDING_PIVOT: f64 = 1e-13;
 /// In which order a symmetric factorisation eliminates the unknowns.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum EliminationOrder {
-    /// Approximate minimum degree (Amestoy, Davis & Duff 1996), computed once per pattern.
+    /// Where the operator tells the [places](super::Tangent::places) of its unknowns, the one with the fewest
+    /// multiplications of nested dissection, a sweep, and minimum degree; else minimum degree.
     #[default]
+    Automatic,
+    /// Approximate minimum degree (Amestoy, Davis & Duff 1996), computed once per pattern.
     MinimumDegree,
     /// A permutation: entry `k` is the unknown that is eliminated as number `k`.
     Given(Arc<[usize]>),
@@ -128,17 +134,25 @@ impl Factors for SymmetricFactors {
         true
     }
 
-    fn analyse(&mut self, pattern: &SparsePattern) -> Result<(), LinearError> {
+    fn analyse(&mut self, pattern: &SparsePattern, tangent: &dyn Tangent) -> Result<(), LinearError> {
         self.symbolic = None;
         self.general = None;
         self.variant = self.wanted;
         let n = pattern.size();
         let parameters =
             CholeskySymbolicParams { supernodal_flop_ratio_threshold: ALWAYS_SUPERNODAL, ..Default::default() };
+        let given: Option<Cow<'_, [usize]>> = match &self.order {
+            EliminationOrder::MinimumDegree => None,
+            EliminationOrder::Automatic => tangent
+                .places()
+                .and_then(|places| elimination_order(pattern, tangent.blocks(), &places))
+                .map(Cow::Owned),
+            EliminationOrder::Given(forward) => Some(Cow::Borrowed(forward)),
+        };
         let backward;
-        let order = match &self.order {
-            EliminationOrder::MinimumDegree => SymmetricOrdering::Amd,
-            EliminationOrder::Given(forward) => {
+        let order = match &given {
+            None => SymmetricOrdering::Amd,
+            Some(forward) => {
                 backward = inverse(forward, n).ok_or_else(|| LinearError::Factorisation {
                     reason: format!("the given elimination order is not a permutation of {n} unknowns"),
                 })?;
@@ -242,7 +256,7 @@ impl Factors for SymmetricFactors {
             Variant::Pivoted => {
                 if self.general.is_none() {
                     let mut general = LuFactors::new();
-                    general.analyse(pattern)?;
+                    general.analyse_pattern(pattern)?;
                     self.general = Some(general);
                 }
                 Variant::General
@@ -293,6 +307,10 @@ impl Factors for SymmetricFactors {
             return general.solve_transposed(x);
         }
         self.solve(x);
+    }
+
+    fn size(&self) -> Option<FactorSize> {
+        self.symbolic.as_ref().and_then(size_of)
     }
 
     fn fill(&self) -> usize {

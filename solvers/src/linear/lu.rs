@@ -14,7 +14,7 @@ use faer::{Conj, MatMut, Par};
 
 use super::direct::{Direct, delegate_to_direct};
 use super::factor::Factors;
-use super::{LinearError, SparsePattern};
+use super::{LinearError, SparsePattern, Tangent};
 
 /// Sparse LU for any square matrix with entries (`P R A C Q = L U`; COLAMD ordering, partial pivoting,
 /// equilibration), with iterative refinement. See Davis (2006), *Direct Methods for Sparse Linear
@@ -48,6 +48,25 @@ impl LuFactors {
     pub(super) fn new() -> Self {
         Self { symbolic: None, numeric: NumericLu::new(), memory: MemBuffer::new(StackReq::empty()), fill: 0 }
     }
+
+    /// Prepares for matrices on a new pattern.
+    pub(super) fn analyse_pattern(&mut self, pattern: &SparsePattern) -> Result<(), LinearError> {
+        self.symbolic = None;
+        let parameters = LuSymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            ..Default::default()
+        };
+        let symbolic = factorize_symbolic_lu(transposed(pattern), parameters).map_err(failure)?;
+        self.memory = memory(&[
+            symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default()),
+            symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
+            symbolic.solve_transpose_in_place_scratch::<f64>(1, Par::Seq),
+        ])?;
+
+        self.fill = fill_bound(pattern, &symbolic)?;
+        self.symbolic = Some(symbolic);
+        Ok(())
+    }
 }
 
 /// A failure that has no better name.
@@ -75,22 +94,8 @@ impl Factors for LuFactors {
         false
     }
 
-    fn analyse(&mut self, pattern: &SparsePattern) -> Result<(), LinearError> {
-        self.symbolic = None;
-        let parameters = LuSymbolicParams {
-            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
-            ..Default::default()
-        };
-        let symbolic = factorize_symbolic_lu(transposed(pattern), parameters).map_err(failure)?;
-        self.memory = memory(&[
-            symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default()),
-            symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
-            symbolic.solve_transpose_in_place_scratch::<f64>(1, Par::Seq),
-        ])?;
-
-        self.fill = fill_bound(pattern, &symbolic)?;
-        self.symbolic = Some(symbolic);
-        Ok(())
+    fn analyse(&mut self, pattern: &SparsePattern, _: &dyn Tangent) -> Result<(), LinearError> {
+        self.analyse_pattern(pattern)
     }
 
     fn factor(&mut self, pattern: &SparsePattern, values: &[f64]) -> Result<(), LinearError> {

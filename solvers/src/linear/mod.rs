@@ -17,23 +17,30 @@
 //! | GMRES(m) | an action | robust; `m + 1` vectors |
 //! | BiCGStab | an action | seven vectors |
 //! | CG | an action, symmetry, definiteness | four vectors; reports negative curvature |
+//! | MINRES | an action, symmetry | seven vectors; a preconditioner must be positive definite |
+//! | automatic | an action; entries for its better half | iterates, or factors, by counted costs |
 //!
 //! The direct solvers probe every factor (faer's LU answers `Ok` on singular matrices) and refine every
 //! solution until the residual of the operator itself meets the tolerance. The Krylov methods take a
 //! [`Preconditioner`] built from the entries of the operator or of its [`sparser`](Tangent::sparser)
-//! relative. Neither multigrid nor a QR factorisation is here: the first is worth it only for very large
-//! quasi-static problems, the second costs fifty times LU.
+//! relative; block Jacobi and multigrid also work from [diagonal blocks](Tangent::diagonal_blocks) and
+//! [geometry](Tangent::geometry), without any entry. There is no QR factorisation: it costs fifty times LU.
 
+mod automatic;
 mod bicgstab;
 mod cg;
 mod choice;
 mod direct;
+mod effort;
+mod elimination;
 mod factor;
 mod gmres;
 mod iteration;
 mod krylov;
 mod ldlt;
 mod lu;
+mod minres;
+mod multigrid;
 mod pivots;
 mod precondition;
 mod scaling;
@@ -42,9 +49,14 @@ mod stored;
 
 use std::sync::Arc;
 
-pub use choice::{InvalidChoice, KrylovOptions, LinearSolverChoice, Operator, Preconditioner, PreconditionerMatrix};
+pub use choice::{
+    AutomaticOptions, InvalidChoice, KrylovOptions, LinearSolverChoice, Operator, Preconditioner, PreconditionerMatrix,
+};
+pub use effort::Effort;
+pub use elimination::Places;
 pub use ldlt::{EliminationOrder, SparseCholesky, SparseLdlt};
 pub use lu::SparseLu;
+pub use multigrid::{CoarseMatrix, Geometry, MultigridOptions, PointTents, Tents};
 pub use sparse::{SparseMatrix, SparsePattern};
 pub use stored::StoredTangent;
 
@@ -91,6 +103,42 @@ pub trait Tangent: Sync {
         &[]
     }
 
+    /// Whether [`diagonal_blocks`](Self::diagonal_blocks) are to be had without entries.
+    fn offers_diagonal_blocks(&self) -> bool {
+        false
+    }
+
+    /// Writes the diagonal blocks, one after the other, each by rows: those of [`blocks`](Self::blocks). They may be
+    /// approximate, since they only serve preconditioners.
+    ///
+    /// Called only where they are [offered](Self::offers_diagonal_blocks).
+    fn diagonal_blocks(&self, values: &mut [f64]) {
+        let _ = values;
+    }
+
+    /// Where the unknowns are in space, if they are components of vectors at points; for multigrid.
+    fn geometry(&self) -> Option<Geometry> {
+        None
+    }
+
+    /// Adds `Pᵀ A P` to a coarse matrix, where the columns of P are tent functions, one for every node and component;
+    /// only the symmetric part counts. False if the operator cannot do it: multigrid then takes its entries.
+    fn project(&self, tents: &Tents, coarse: &mut CoarseMatrix) -> bool {
+        let _ = (tents, coarse);
+        false
+    }
+
+    /// Where the [blocks](Self::blocks) of unknowns are in space, if they are anywhere: a good order of elimination
+    /// follows from it.
+    fn places(&self) -> Option<Places> {
+        None
+    }
+
+    /// What an action and the entries cost, if the operator knows; needs no pattern.
+    fn effort(&self) -> Option<Effort> {
+        None
+    }
+
     /// A sparser operator close to this one, as material for a preconditioner (the coupling between
     /// direct neighbours only, say).
     fn sparser(&self) -> Option<&dyn Tangent> {
@@ -124,6 +172,8 @@ pub struct LinearSolverInfo {
     pub fill: usize,
     /// Threads used inside the solver.
     pub threads: usize,
+    /// Why a solver that chooses for itself chose this; empty for others.
+    pub reason: String,
 }
 
 /// What one solve did.
@@ -147,6 +197,11 @@ pub enum LinearError {
         /// The solver that was asked.
         solver: String,
     },
+    /// Multigrid was given an operator whose unknowns have no place in space.
+    #[error(
+        "multigrid needs unknowns that are components of vectors at points, and this operator has others: choose velocities as the only unknowns, or another preconditioner"
+    )]
+    NeedsGeometry,
     /// A symmetric solver was given an operator that is not.
     #[error("{solver} needs a symmetric matrix, but this one is not: choose LU, GMRES or BiCGStab")]
     NeedsSymmetry {
@@ -234,6 +289,18 @@ pub trait LinearSolver: Send {
     /// # Errors
     /// [`LinearError`] if the operator does not suit the solver, is not finite, or is singular.
     fn prepare(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError>;
+
+    /// Time spent in solves, so far, on factors that turned out to be needed: it belongs to preparation.
+    fn late_preparation(&self) -> std::time::Duration {
+        std::time::Duration::ZERO
+    }
+
+    /// `x = A⁻¹ b` with the factor of the last [`prepare`](Self::prepare) and without a look at the residual, for a
+    /// caller who looks at it himself. `None` from a solver that has no factor of just that operator.
+    fn solve_unchecked(&mut self, b: &[f64], x: &mut [f64]) -> Option<Result<(), LinearError>> {
+        let _ = (b, x);
+        None
+    }
 
     /// Solves `A x = b` to `‖b − A x‖ ≤ tolerance ‖b‖`, with the factor or preconditioner of the last
     /// [`prepare`](Self::prepare); `tangent` may have moved on since (a stale factor is then a

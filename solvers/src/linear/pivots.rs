@@ -3,6 +3,8 @@
 use faer::sparse::linalg::cholesky::supernodal::SupernodalLdltRef;
 use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw};
 
+use super::effort::FactorSize;
+
 /// Positive pivots of an equilibrated matrix within this factor leave little doubt that it is regular.
 const SIMILAR_PIVOTS: f64 = 1e-6;
 
@@ -21,6 +23,17 @@ pub(super) fn inverse(order: &[usize], n: usize) -> Option<Vec<usize>> {
 /// The unknown that is eliminated as number `index`.
 pub(super) fn unknown(symbolic: &SymbolicCholesky<usize>, index: usize) -> Option<usize> {
     symbolic.perm().map_or(Some(index), |p| p.arrays().0.get(index).copied())
+}
+
+/// Size of a factor.
+pub(super) fn size_of(symbolic: &SymbolicCholesky<usize>) -> Option<FactorSize> {
+    let SymbolicCholeskyRaw::Supernodal(nodes) = symbolic.raw() else { return None };
+    let mut size = FactorSize::default();
+    for (s, &end) in nodes.supernode_end().iter().enumerate() {
+        let node = nodes.supernode(s);
+        size.add((end - node.start()) as f64, node.pattern().len() as f64);
+    }
+    Some(size)
 }
 
 /// Entry `index` of `D`.

@@ -14,6 +14,8 @@ struct Factor {
     key: Option<u64>,
     /// Time steps begun since it was made.
     steps: usize,
+    /// A solve with it has succeeded.
+    proven: bool,
 }
 
 /// The life of the factor: over iterations, solves and time steps.
@@ -110,11 +112,23 @@ impl TangentState {
     }
 
     pub(super) fn renewed(&mut self, unknowns: usize) {
-        self.factor = Some(Factor { unknowns, key: self.key, steps: 0 });
+        self.factor = Some(Factor { unknowns, key: self.key, steps: 0, proven: false });
         self.fresh = true;
         self.made_in_solve = true;
         self.linearised = true;
         self.demanded = None;
+    }
+
+    /// A linear solve succeeded.
+    pub(super) fn solved(&mut self) {
+        if let Some(factor) = &mut self.factor {
+            factor.proven = true;
+        }
+    }
+
+    /// Whether this is the factor of a linear problem and has solved such a problem before.
+    pub(super) fn is_proven(&self) -> bool {
+        self.key.is_some() && self.factor.is_some_and(|factor| factor.proven)
     }
 
     /// Whether a direction from this tangent is poorer than one from a fresh tangent would be.

@@ -9,6 +9,7 @@
 
 use super::StepCause;
 use super::attempt::{Attempt, Estimate};
+use crate::vector::combine;
 
 impl Attempt<'_> {
     /// `u₁ = u₀ + Δt f₀`. Error `½Δt (f₁ − f₀) = ½Δt² u″ + O(Δt³)`; the rate `f₁` serves the next step.
@@ -35,10 +36,8 @@ impl Attempt<'_> {
         if self.wants_estimate {
             self.tools.estimate.copy_from_slice(&self.end.values);
         }
-        let known = self.start.values.iter().zip(&self.tools.rates[0]);
-        for (u, (u0, f)) in self.end.values.iter_mut().zip(known) {
-            *u = 0.5 * u0 + 0.5 * (*u + step * f);
-        }
+        let rate = &self.tools.rates[0];
+        combine(&mut self.end.values, &self.start.values, rate, |u, u0, f| 0.5 * u0 + 0.5 * (u + step * f));
         self.system.impose(self.span.end, &mut self.end.values);
         if !self.wants_estimate {
             return Ok(Estimate::None);
@@ -57,10 +56,8 @@ impl Attempt<'_> {
         let middle = self.start.time + 0.5 * step;
         self.euler_predictor()?;
         self.rate_of_end(self.span.end, 0)?;
-        let known = self.start.values.iter().zip(&self.tools.rates[0]);
-        for (u, (u0, f)) in self.end.values.iter_mut().zip(known) {
-            *u = 0.75 * u0 + 0.25 * (*u + step * f);
-        }
+        let rate = &self.tools.rates[0];
+        combine(&mut self.end.values, &self.start.values, rate, |u, u0, f| 0.75 * u0 + 0.25 * (u + step * f));
         self.system.impose(middle, &mut self.end.values);
         if self.wants_estimate {
             let embedded = self.end.values.iter().zip(&self.start.values);
@@ -69,10 +66,8 @@ impl Attempt<'_> {
             }
         }
         self.rate_of_end(middle, 0)?;
-        let known = self.start.values.iter().zip(&self.tools.rates[0]);
-        for (u, (u0, f)) in self.end.values.iter_mut().zip(known) {
-            *u = (u0 + 2.0 * (*u + step * f)) / 3.0;
-        }
+        let rate = &self.tools.rates[0];
+        combine(&mut self.end.values, &self.start.values, rate, |u, u0, f| (u0 + 2.0 * (u + step * f)) / 3.0);
         self.system.impose(self.span.end, &mut self.end.values);
         if !self.wants_estimate {
             return Ok(Estimate::None);
@@ -94,10 +89,8 @@ impl Attempt<'_> {
         let stages = [(middle, 0.5, 2.0), (middle, 0.5, 2.0), (self.span.end, 1.0, 1.0)];
         self.tools.rates[0].copy_from_slice(&self.start.memory.rate);
         for (time, distance, weight) in stages {
-            let known = self.start.values.iter().zip(&self.tools.rates[0]);
-            for (u, (u0, f)) in self.end.values.iter_mut().zip(known) {
-                *u = u0 + distance * step * f;
-            }
+            let rate = &self.tools.rates[0];
+            combine(&mut self.end.values, &self.start.values, rate, |_, u0, f| u0 + distance * step * f);
             self.system.impose(time, &mut self.end.values);
             self.rate_of_end(time, 0)?;
             let [last, sum, _] = &mut self.tools.rates;
@@ -105,10 +98,8 @@ impl Attempt<'_> {
                 *sum += weight * f;
             }
         }
-        let known = self.start.values.iter().zip(&self.tools.rates[1]);
-        for (u, (u0, sum)) in self.end.values.iter_mut().zip(known) {
-            *u = u0 + step / 6.0 * sum;
-        }
+        let sum = &self.tools.rates[1];
+        combine(&mut self.end.values, &self.start.values, sum, |_, u0, sum| u0 + step / 6.0 * sum);
         self.system.impose(self.span.end, &mut self.end.values);
         Ok(Estimate::None)
     }
@@ -117,10 +108,8 @@ impl Attempt<'_> {
     fn euler_predictor(&mut self) -> Result<(), StepCause> {
         self.know_start_rate()?;
         let step = self.span.step;
-        let known = self.start.values.iter().zip(&self.start.memory.rate);
-        for (u, (u0, f)) in self.end.values.iter_mut().zip(known) {
-            *u = u0 + step * f;
-        }
+        let rate = &self.start.memory.rate;
+        combine(&mut self.end.values, &self.start.values, rate, |_, u0, f| u0 + step * f);
         self.system.impose(self.span.end, &mut self.end.values);
         Ok(())
     }

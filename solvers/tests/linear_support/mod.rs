@@ -4,10 +4,11 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nicolson_solvers::linear::{
-    EliminationOrder, KrylovOptions, LinearSolverChoice, Preconditioner, PreconditionerMatrix, SparsePattern, Symmetry,
-    Tangent,
+    AutomaticOptions, Effort, EliminationOrder, KrylovOptions, LinearSolverChoice, Places, Preconditioner,
+    PreconditionerMatrix, SparsePattern, Symmetry, Tangent,
 };
 use nicolson_solvers::vector::norm;
 
@@ -20,6 +21,10 @@ pub struct Matrix {
     pub blocks: Vec<usize>,
     pub sparser: Option<Box<Matrix>>,
     pub matrix_free: bool,
+    pub places: Option<Places>,
+    pub effort: Option<Effort>,
+    /// Products taken.
+    pub products: Arc<AtomicUsize>,
 }
 
 impl Matrix {
@@ -36,7 +41,17 @@ impl Matrix {
         let columns = rows.iter().flat_map(|row| row.keys().copied()).collect();
         let values = rows.iter().flat_map(|row| row.values().copied()).collect();
         let pattern = Arc::new(SparsePattern::new(offsets, columns));
-        Self { pattern, values, symmetry, blocks: Vec::new(), sparser: None, matrix_free: false }
+        Self {
+            pattern,
+            values,
+            symmetry,
+            blocks: Vec::new(),
+            sparser: None,
+            matrix_free: false,
+            places: None,
+            effort: None,
+            products: Arc::default(),
+        }
     }
 
     /// A dense matrix by rows.
@@ -99,6 +114,7 @@ impl Tangent for Matrix {
     }
 
     fn apply(&self, v: &[f64], out: &mut [f64]) {
+        self.products.fetch_add(1, Ordering::Relaxed);
         for (row, out) in out.iter_mut().enumerate() {
             let start = self.pattern.offsets()[row];
             *out = self.pattern.row(row).iter().enumerate().map(|(k, &c)| self.values[start + k] * v[c]).sum();
@@ -115,6 +131,14 @@ impl Tangent for Matrix {
 
     fn blocks(&self) -> &[usize] {
         &self.blocks
+    }
+
+    fn places(&self) -> Option<Places> {
+        self.places.clone()
+    }
+
+    fn effort(&self) -> Option<Effort> {
+        self.effort
     }
 
     fn sparser(&self) -> Option<&dyn Tangent> {
@@ -176,6 +200,8 @@ pub fn grid(m: usize, reach: f64, shift: f64, skew: f64) -> Matrix {
     };
     let mut matrix = Matrix::new(2 * m * m, symmetry, entries);
     matrix.blocks = (0..=m * m).map(|i| 2 * i).collect();
+    let coordinates = (0..m * m).flat_map(|node| [(node / m) as f64, (node % m) as f64]).collect();
+    matrix.places = Some(Places { dimension: 2, coordinates });
     matrix
 }
 
@@ -200,6 +226,7 @@ pub fn krylov_methods(krylov: &KrylovOptions) -> Vec<LinearSolverChoice> {
         LinearSolverChoice::Gmres { restart: 40, krylov: krylov.clone() },
         LinearSolverChoice::BiCgStab { krylov: krylov.clone() },
         LinearSolverChoice::Cg { krylov: krylov.clone() },
+        LinearSolverChoice::Minres { krylov: krylov.clone() },
     ];
     all.into_iter().filter(|choice| choice.validate().is_ok()).collect()
 }
@@ -212,6 +239,8 @@ pub fn direct_solvers() -> Vec<LinearSolverChoice> {
 /// Every solver × preconditioner.
 pub fn all_solvers() -> Vec<LinearSolverChoice> {
     let mut all = direct_solvers();
+    all.push(LinearSolverChoice::automatic());
+    all.push(LinearSolverChoice::Automatic(AutomaticOptions { direct: true, ..Default::default() }));
     for preconditioner in preconditioners() {
         all.extend(krylov_methods(&KrylovOptions { preconditioner, ..Default::default() }));
     }
@@ -220,9 +249,10 @@ pub fn all_solvers() -> Vec<LinearSolverChoice> {
         preconditioner_matrix: PreconditionerMatrix::SymmetricPart,
         ..Default::default()
     };
-    all.extend(
-        krylov_methods(&symmetric_part).into_iter().filter(|choice| !matches!(choice, LinearSolverChoice::Cg { .. })),
-    );
+    let symmetric_only = |choice: &LinearSolverChoice| {
+        matches!(choice, LinearSolverChoice::Cg { .. } | LinearSolverChoice::Minres { .. })
+    };
+    all.extend(krylov_methods(&symmetric_part).into_iter().filter(|choice| !symmetric_only(choice)));
     all
 }
 
@@ -232,7 +262,8 @@ pub fn needs_symmetry(choice: &LinearSolverChoice) -> bool {
     if text.contains("SymmetricPart") {
         return false;
     }
-    matches!(choice, LinearSolverChoice::Cg { .. }) || text.contains("Ldlt") || text.contains("Cholesky")
+    let method = matches!(choice, LinearSolverChoice::Cg { .. } | LinearSolverChoice::Minres { .. });
+    method || text.contains("Ldlt") || text.contains("Cholesky")
 }
 
 /// Whether a solver works on positive definite matrices only.

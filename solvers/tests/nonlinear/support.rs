@@ -305,6 +305,7 @@ impl LinearSolver for DenseLu {
             entries: self.factor.len(),
             fill: self.factor.len(),
             threads: 1,
+            reason: String::new(),
         }
     }
 

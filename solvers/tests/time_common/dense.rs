@@ -41,7 +41,14 @@ impl LinearSolver for DenseSolver {
     fn info(&self) -> LinearSolverInfo {
         let unknowns = self.matrix.len().isqrt();
         let entries = self.matrix.len();
-        LinearSolverInfo { name: "dense elimination".into(), unknowns, entries, fill: entries, threads: 1 }
+        LinearSolverInfo {
+            name: "dense elimination".into(),
+            unknowns,
+            entries,
+            fill: entries,
+            threads: 1,
+            reason: String::new(),
+        }
     }
 
     fn counts(&self) -> LinearCounts {

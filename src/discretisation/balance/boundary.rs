@@ -69,11 +69,11 @@ impl<const D: usize> Boundary<D> {
             boundary.edges[own] |= normal.dot(&face.normal) < COSINE_OF_SMOOTH;
             let area = face.normal * face.area;
             let point = face.point;
-            if (point - particles.positions[face.particle]).norm() <= ON_BOUNDARY * body.spacing {
-                boundary.areas[own] += area;
-                continue;
-            }
-            for (b, share) in extrapolation(body, particles, neighbourhood, face.particle, &point)? {
+            for (b, share) in face_shares(body, particles, neighbourhood, face.particle, &point)? {
+                if b == face.particle && share == 1.0 {
+                    boundary.areas[own] += area;
+                    continue;
+                }
                 boundary.areas[b - first] += area * share;
                 boundary.moments[b - first] += outer(&(area * share), &(point - particles.positions[b]));
             }
@@ -121,6 +121,24 @@ fn check<const D: usize>(body: &Body, particles: &Particles<D>) -> Result<(), Di
         ));
     }
     Ok(())
+}
+
+/// The interpolation `r_f` of a face: particles around `a`, which carries it, with their shares; `a` alone if it lies on
+/// the face.
+///
+/// # Errors
+/// If the neighbours of `a` do not span space.
+pub(crate) fn face_shares<const D: usize>(
+    body: &Body,
+    particles: &Particles<D>,
+    neighbourhood: &Neighbourhood,
+    a: usize,
+    point: &Vector<D>,
+) -> Result<Vec<(usize, f64)>, DiscretisationError> {
+    if (point - particles.positions[a]).norm() <= ON_BOUNDARY * body.spacing {
+        return Ok(vec![(a, 1.0)]);
+    }
+    extrapolation(body, particles, neighbourhood, a, point)
 }
 
 /// Moving least squares over the neighbours of a particle, evaluated at a point nearby:

@@ -24,10 +24,14 @@
 //! wider stencil lacks is not weights but volumes that suit it ([`crate::geometry::stencil_volumes`]): with those a
 //! band is enough again.
 //!
+//! Where particles are the corners of cells, equations are not needed at all ([`cells`]): that is how bodies of any size
+//! are balanced, bent and perturbed ones too.
+//!
 //! Rejected: freeing only the nearest pairs (infeasible in 2D beyond h = Δx); weighting the change by the
 //! kernel (moves the interior by 14 % instead of 5 % at h = 1.2 Δx); conjugate gradients (see `normal`).
 
 mod boundary;
+mod cells;
 mod constraints;
 mod normal;
 mod ordering;
@@ -40,6 +44,8 @@ use rayon::prelude::*;
 use super::{DiscretisationError, Gradient, describe_particle};
 use crate::setup::{Body, Particles};
 use crate::tensor::Vector;
+pub(crate) use boundary::face_shares;
+pub(super) use cells::of_body as cells_of_body;
 use constraints::{Constraints, Side};
 use normal::NormalEquations;
 use step::{Step, changes};
@@ -63,21 +69,32 @@ const LARGEST: [usize; 2] = [2_000_000, 400_000];
 /// The same for what is done unasked: some seconds.
 const CHEAP: [usize; 2] = [200_000, 40_000];
 
-/// How much work balancing may be.
+/// A kernel that reaches no more than so many spacings sees next neighbours only, as cells do.
+const NEXT_NEIGHBOURS: f64 = 2.1;
+
+/// How weights may be balanced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Effort {
-    /// What memory bears.
-    Any,
-    /// What does not delay a run.
+    /// By the least change of the seed, up to what memory bears.
+    Least,
+    /// By cells, or not at all.
+    Cells,
+    /// By cells where the kernel sees no farther than they do; otherwise by the least change if that does not delay
+    /// a run; otherwise by cells.
     Cheap,
 }
 
 impl Effort {
     fn most_unknowns(self, dimension: usize) -> usize {
         match self {
-            Self::Any => LARGEST[usize::from(dimension == 3)],
-            Self::Cheap => CHEAP[usize::from(dimension == 3)],
+            Self::Least => LARGEST[usize::from(dimension == 3)],
+            Self::Cheap | Self::Cells => CHEAP[usize::from(dimension == 3)],
         }
+    }
+
+    fn begins_with_cells(self, body: &Body) -> bool {
+        let reach = crate::kernel::support(body.kernel) * body.smoothing;
+        self == Self::Cells || (self == Self::Cheap && reach <= NEXT_NEIGHBOURS)
     }
 }
 
@@ -88,6 +105,8 @@ pub struct BalanceReport {
     pub body: String,
     /// Whether its weights are balanced.
     pub balanced: bool,
+    /// Whether by its cells, without equations.
+    pub cells: bool,
     /// Why not; empty if they are.
     pub note: String,
     /// Particles that missed a condition before.
@@ -107,6 +126,19 @@ pub struct BalanceReport {
 }
 
 impl BalanceReport {
+    /// Takes weights that cells gave with this residual.
+    fn by_cells<const D: usize>(&mut self, (weights, residual): (Vec<Vector<D>>, f64)) -> Vec<Vector<D>> {
+        *self = Self {
+            cells: true,
+            residual,
+            missed: self.missed,
+            balanced: true,
+            body: std::mem::take(&mut self.body),
+            ..Self::default()
+        };
+        weights
+    }
+
     /// A body that keeps its weights.
     pub(super) fn untouched(body: &Body) -> Self {
         Self { body: body.name.clone(), ..Self::default() }
@@ -146,18 +178,23 @@ pub(super) fn balance<const D: usize>(
     if report.missed == 0 {
         return Ok(report);
     }
-    let inner = (1..RINGS).fold(core, |band, _| widened(&constraints, &band));
-    let mut band = widened(&constraints, &inner);
-    let whole = !band.contains(&false);
-    let largest = effort.most_unknowns(D);
-    let mut attempt = balanced(&constraints, &seed, &band, largest, &mut report);
-    if !whole && !attempt.as_ref().is_ok_and(|weights| has_died_out(&constraints, &seed, weights, &inner)) {
-        band.fill(true);
-        attempt = balanced(&constraints, &seed, &band, largest, &mut report);
-    }
-    let weights = attempt.map_err(|failure| failure.located(body, particles))?;
-    report.band = count(&band);
-    report.unknowns = report.band * 2 * (D + 1);
+    let by_cells = || cells::weights(body, particles, &gradient.neighbourhood, &constraints, entries.len());
+    let weights = if effort.begins_with_cells(body) {
+        match by_cells() {
+            Ok(found) => report.by_cells(found),
+            Err(reason) if effort == Effort::Cells => return Err(reason.located(body, particles)),
+            Err(_) => least_change(&constraints, &seed, core, effort, &mut report)
+                .map_err(|failure| failure.located(body, particles))?,
+        }
+    } else {
+        match least_change(&constraints, &seed, core, effort, &mut report) {
+            Ok(weights) => weights,
+            Err(failure) => match by_cells() {
+                Ok(found) if effort == Effort::Cheap => report.by_cells(found),
+                _ => return Err(failure.located(body, particles)),
+            },
+        }
+    };
     let (mut change, mut size) = (0.0_f64, 0.0_f64);
     for a in 0..constraints.count() {
         for entry in constraints.row(a) {
@@ -171,6 +208,30 @@ pub(super) fn balance<const D: usize>(
     }
     report.largest_change = change / size;
     Ok(report)
+}
+
+/// The weights nearest to the seed that meet the conditions, changed around the particles of the `core`; if that is
+/// not enough, everywhere.
+fn least_change<const D: usize>(
+    constraints: &Constraints<'_, D>,
+    seed: &[Vector<D>],
+    core: Vec<bool>,
+    effort: Effort,
+    report: &mut BalanceReport,
+) -> Result<Vec<Vector<D>>, Failure> {
+    let inner = (1..RINGS).fold(core, |band, _| widened(constraints, &band));
+    let mut band = widened(constraints, &inner);
+    let whole = !band.contains(&false);
+    let largest = effort.most_unknowns(D);
+    let mut attempt = balanced(constraints, seed, &band, largest, report);
+    if !whole && !attempt.as_ref().is_ok_and(|weights| has_died_out(constraints, seed, weights, &inner)) {
+        band.fill(true);
+        attempt = balanced(constraints, seed, &band, largest, report);
+    }
+    let weights = attempt?;
+    report.band = count(&band);
+    report.unknowns = report.band * 2 * (D + 1);
+    Ok(weights)
 }
 
 fn count(band: &[bool]) -> usize {
@@ -222,6 +283,8 @@ enum Failure {
     TooLarge { unknowns: usize, largest: usize },
     /// The equations could not be solved.
     Solver(String),
+    /// Cells do not give the weights.
+    NoCells(&'static str),
 }
 
 impl Failure {
@@ -246,8 +309,16 @@ impl Failure {
             Self::TooLarge { unknowns, largest } => DiscretisationError {
                 place: format!("body `{}`", body.name),
                 reason: format!("balancing its weights takes {unknowns} unknowns, more than {largest}"),
-                remedy: "use a box with smoothing = 1.0 or volumes = \"stencil\", where only particles near the \
-                         boundary take part, or weights = \"separate\""
+                remedy:
+                    "use a box, bent or not, with layout = \"vertex\" and weights = \"cells\" or \"auto\", which solve \
+                         no equations; or volumes = \"stencil\", or weights = \"separate\""
+                        .into(),
+            },
+            Self::NoCells(reason) => DiscretisationError {
+                place: format!("body `{}`", body.name),
+                reason: format!("its weights cannot be those of cells: {reason}"),
+                remedy: "use a box, bent or not, with layout = \"vertex\" and volumes = \"cells\", or \
+                         weights = \"balanced\""
                     .into(),
             },
             Self::Solver(reason) => DiscretisationError {

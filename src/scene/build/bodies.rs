@@ -139,6 +139,7 @@ pub(super) fn make<const D: usize>(
             weights: text.weights.into(),
             material,
             cofactor: text.cofactor.into(),
+            volume_ratio: text.volume_ratio.as_ref().map(|choice| *choice.get_ref()).unwrap_or_default().into(),
             hourglass,
         };
         made.push(Some(Made { body, lower, upper, is_box, has_faces, groups, record }));
@@ -180,6 +181,7 @@ fn append<const D: usize>(all: &mut Particles<D>, mut own: Particles<D>) -> Rang
     all.kernel_volumes.append(&mut own.kernel_volumes);
     own.faces.iter_mut().for_each(|face| face.particle += start);
     all.faces.append(&mut own.faces);
+    all.cells.extend(own.cells.into_iter().map(|corner| corner + start as u32));
     start..all.positions.len()
 }
 

@@ -105,7 +105,7 @@ fn vtu<const D: usize>(file: &Text, spacing: f64, base: &Path, findings: &mut Fi
     }
     let kernel_volumes = vec![spacing.powi(D as i32); positions.len()];
     let volumes = found.volumes.unwrap_or_else(|| kernel_volumes.clone());
-    Some(Particles { positions, volumes, kernel_volumes, faces: Vec::new() })
+    Some(Particles { positions, volumes, kernel_volumes, ..Particles::default() })
 }
 
 /// Particles of a mesh.

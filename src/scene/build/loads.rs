@@ -87,7 +87,7 @@ fn traction<const D: usize>(
         .filter_map(|index| context.bodies.made[*index].as_ref())
         .map(|made| made.body.particles.clone())
         .collect();
-    let areas: Vec<(usize, f64)> = context
+    let (areas, points): (Vec<(usize, f64)>, Vec<_>) = context
         .particles
         .faces
         .iter()
@@ -99,8 +99,8 @@ fn traction<const D: usize>(
         .filter(|face| ranges.iter().any(|range| range.contains(&face.particle)))
         // The selection is in the order of the particles.
         .filter(|face| selected.as_ref().is_none_or(|selected| selected.binary_search(&face.particle).is_ok()))
-        .map(|face| (face.particle, face.area))
-        .collect();
+        .map(|face| ((face.particle, face.area), face.point))
+        .unzip();
     if areas.is_empty() && !context.bodies.incomplete() {
         let message = format!("traction '{own}' acts on no particle: none of the selected ones is on that face");
         context.findings.error(span, message, "widen `select`, or choose another face");
@@ -108,7 +108,7 @@ fn traction<const D: usize>(
     }
     let value = value?;
     finite(context, &value, &text.value, "traction", areas.iter().map(|(particle, _)| *particle));
-    Some(Traction { name: own, areas, value })
+    Some(Traction { name: own, areas, points, value })
 }
 
 /// A unit vector.

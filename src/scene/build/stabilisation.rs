@@ -2,7 +2,7 @@
 
 use crate::material::Material;
 use crate::scene::document::{
-    BodyText, Document, GradientText, HourglassText, InterfaceText, PressureJumpText, WaveSpeedText,
+    BodyText, Document, GradientText, HourglassText, InterfaceText, PressureJumpText, ShearText, WaveSpeedText,
 };
 use crate::scene::findings::Findings;
 use crate::setup::{InterfaceChoice, Stabilisation};
@@ -30,6 +30,7 @@ pub(super) fn read(document: &Document, findings: &mut Findings<'_>) -> Option<S
             InterfaceText::Limited => InterfaceChoice::Limited,
         },
         stress_jump: text.pressure_jump == PressureJumpText::Stress,
+        transverse_shear: text.shear == ShearText::Transverse,
     })
 }
 

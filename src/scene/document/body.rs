@@ -8,7 +8,7 @@ use toml::Spanned;
 
 use super::{FieldList, HalfSpaceText, HourglassText, MaterialText, Number, Text, Vector};
 use crate::geometry::Layout;
-use crate::setup::{CofactorChoice, KernelChoice, WeightChoice};
+use crate::setup::{CofactorChoice, KernelChoice, VolumeRatioChoice, WeightChoice};
 
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table that describes a body")]
@@ -30,6 +30,7 @@ pub(in crate::scene) struct BodyText {
     pub volumes: Option<Spanned<VolumeText>>,
     #[serde(default)]
     pub cofactor: CofactorText,
+    pub volume_ratio: Option<Spanned<VolumeRatioText>>,
     pub hourglass: Option<Spanned<HourglassText>>,
     pub material: MaterialText,
 }
@@ -256,6 +257,7 @@ pub(in crate::scene) enum WeightText {
     #[default]
     Auto,
     Balanced,
+    Cells,
     Separate,
     Single,
 }
@@ -266,6 +268,7 @@ impl From<WeightText> for WeightChoice {
             WeightText::Separate => Self::Separate,
             WeightText::Single => Self::Single,
             WeightText::Balanced => Self::Balanced,
+            WeightText::Cells => Self::Cells,
             WeightText::Auto => Self::Auto,
         }
     }
@@ -284,6 +287,25 @@ impl From<CofactorText> for CofactorChoice {
         match text {
             CofactorText::Geometric => Self::Geometric,
             CofactorText::Evolved => Self::Evolved,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::scene) enum VolumeRatioText {
+    #[default]
+    Auto,
+    Determinant,
+    Evolved,
+}
+
+impl From<VolumeRatioText> for VolumeRatioChoice {
+    fn from(text: VolumeRatioText) -> Self {
+        match text {
+            VolumeRatioText::Auto => Self::Auto,
+            VolumeRatioText::Determinant => Self::Determinant,
+            VolumeRatioText::Evolved => Self::Evolved,
         }
     }
 }

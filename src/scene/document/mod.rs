@@ -14,7 +14,8 @@ pub(in crate::scene) use toml::Spanned;
 
 pub(in crate::scene) use body::{
     BallText, BodyText, BoxText, CylinderText, LatticeText, LayoutText, LayoutsText, MappedBoxText, MeshPointsText,
-    MeshText, PerturbText, PointsText, PolygonText, RingText, ShapeText, StlText, TrapezoidText, VolumeText,
+    MeshText, PerturbText, PointsText, PolygonText, RingText, ShapeText, StlText, TrapezoidText,
+    VolumeRatioText, VolumeText,
 };
 pub(in crate::scene) use conditions::{
     AxisName, BoundaryText, ExactText, HalfSpaceText, HydrostaticText, InitialText, ProbeMode, ProbeText, SelectText,
@@ -26,7 +27,7 @@ pub(in crate::scene) use material::{
 };
 pub(in crate::scene) use numerics::{
     AdaptiveText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText,
-    SchemeText, StabilisationText, TimeText, WaveSpeedText,
+    SchemeText, ShearText, StabilisationText, TimeText, WaveSpeedText,
 };
 pub(in crate::scene) use value::{Field, FieldList, HourglassText, Number, Text, Vector};
 

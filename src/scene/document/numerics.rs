@@ -5,7 +5,8 @@ use toml::Spanned;
 
 use super::Number;
 use crate::scene::settings::{
-    Forcing, LineSearch, OutputField, PreconditionerChoice, RkcStages, SolverChoice, TangentPolicy, Unknowns,
+    Forcing, LineSearch, OperatorChoice, OutputField, PreconditionerChoice, RkcStages, SolverChoice, TangentPolicy,
+    Unknowns,
 };
 
 #[derive(Debug, Clone, Deserialize)]
@@ -21,6 +22,8 @@ pub(in crate::scene) struct StabilisationText {
     pub interface: InterfaceText,
     #[serde(default)]
     pub pressure_jump: PressureJumpText,
+    #[serde(default)]
+    pub shear: ShearText,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
@@ -54,6 +57,14 @@ pub(in crate::scene) enum PressureJumpText {
     #[default]
     Pressure,
     Stress,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::scene) enum ShearText {
+    #[default]
+    Central,
+    Transverse,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -129,6 +140,7 @@ pub(in crate::scene) struct NewtonText {
 pub(in crate::scene) struct LinearSolverText {
     pub solver: Option<SolverChoice>,
     pub preconditioner: Option<Spanned<PreconditionerChoice>>,
+    pub operator: Option<Spanned<OperatorChoice>>,
     pub tolerance: Option<Number>,
     pub max_iterations: Option<Spanned<u64>>,
     pub restart: Option<Spanned<u64>>,

@@ -5,7 +5,7 @@
 //! `g = ½(∇̃W̃_b(X_a) − ∇̃W̃_a(X_b))`:
 //!
 //! ```text
-//! force on a:    τ_v V_a V_b ρ [c n⊗n + c_s (I − n⊗n)] (v⁺ − v⁻) (N·g)
+//! force on a:    τ_v V_a V_b ρ c n⊗n (v⁺ − v⁻) (N·g)
 //! rate of J_a:   τ_p V_b (1/(ρ c)) [n·(P⁺ − P⁻)N] [n·½(H_a g̃_ab − H_b g̃_ba)]
 //! ```
 //!
@@ -15,8 +15,8 @@
 //! - Reconstructed to the mid-point by least-squares gradients: O(c Δx³), but the jump may have the other sign than
 //!   `v_b − v_a`: a pair may feed energy.
 //! - Limited, the default: the reconstructed jump times a factor, so that the force on a pair is
-//!   `β c ψ K (v_b − v_a)` with `0 ≤ ψ ≤ 1` and positive semi-definite `K = n⊗n + (c_s/c)(I − n⊗n)`, see `limiter.rs`. Every
-//!   pair dissipates, the force stays along n for fluids (angular momentum is kept), and the tangent is exact within the
+//!   `β c ψ K (v_b − v_a)` with `0 ≤ ψ ≤ 1` and positive semi-definite `K = n⊗n`, see `limiter.rs`. Every
+//!   pair dissipates, the force stays along n (angular momentum is kept), and the tangent is exact within the
 //!   two rings of the stress. Equations are no longer linear in the velocities.
 //!
 //! Dam break at c = 35, 70, 140 m/s, 11 × 11 and 21 × 21 particles, τ_v = 1, deformed wave speed, TVD-RK2: front in sides at
@@ -34,14 +34,17 @@
 //! | the same for both signs | 2.23, 2.23, 2.23 | 2.23, 2.23 | 0.49, 0.45 |
 //!
 //! A strength that falls with the jump does not see the noise that a stiff pressure makes of small velocities; what tells
-//! noise from flow is not its size but its shape. The beam of CSM3 with τ_v = 1 (71 × 5): constant states take 200 % of the
-//! largest kinetic energy in one period, reconstructed ones 0.17 %, limited ones 0.01 %.
+//! noise from flow is not its size but its shape. The beam of CSM3 with τ_v = 1 (71 × 5): up to the first trough, constant states
+//! take 0.16 % of the largest kinetic energy, limited ones 0.01 %.
 //!
 //! # Terms
 //!
-//! `c_s` is the speed of shear waves, zero for a fluid; its ratio to c is that at rest. The shear part is not a central
-//! force: linear momentum is exact with it, angular momentum is not. A rigid rotation has jumps across n, which constant
-//! interface states resist and (limited) reconstructed ones take out but for the boundary.
+//! The force of a pair is central: it keeps angular momentum as it keeps linear momentum, and neither rotation nor
+//! interface states can make it resist one. It damps shear, too, because pairs point in all directions: on a square
+//! lattice with h = Δx the sawtooth across its wave vector is damped with 0.26 of the strength of the one along it.
+//! The source's Riemann states of a solid add `c_s (I − n⊗n)` to `c n⊗n`, with `c_s` the speed of shear waves; its ratio to
+//! c is that at rest. That is [`transverse_shear`](crate::setup::Stabilisation::transverse_shear), for comparison: linear
+//! momentum is exact with it, angular momentum is not, and constant interface states resist every rotation.
 //!
 //! The default jump in the second is `P⁺ − P⁻ = −(p⁺ − p⁻) ½(H_a + H_b)` with the plain gradient:
 //! both brackets then share the factor `n·H̄N`, and each pair dissipates
@@ -70,7 +73,7 @@ pub struct Upwind<const D: usize> {
     pub options: Stabilisation,
     /// `τ_v V_a V_b ρ (N·g)`, kg/m; empty without D_v.
     velocity_strength: Vec<f64>,
-    /// `c_s/c` at rest, per particle; empty without D_v or if all bodies are fluids.
+    /// `c_s/c` at rest, per particle; empty without D_v or if it is central.
     shear_ratio: Vec<f64>,
     /// `½ g̃_ab` of D_p, 1/m^(D+1), zero for self-entries; empty without D_p.
     half_gradients: Vec<Vector<D>>,
@@ -116,7 +119,7 @@ impl<const D: usize> Upwind<D> {
         for body in bodies {
             let kernel_volumes = match body.weights {
                 WeightChoice::Single => &particles.volumes,
-                WeightChoice::Separate | WeightChoice::Balanced | WeightChoice::Auto => &particles.kernel_volumes,
+                _ => &particles.kernel_volumes,
             };
             for a in body.particles.clone() {
                 for entry in neighbourhood.row(a) {
@@ -158,8 +161,8 @@ impl<const D: usize> Upwind<D> {
         } else {
             Vec::new()
         };
-        let solid = materials.iter().any(|law| law.shear_wave_speed() > 0.0);
-        let shear_ratio = if with_velocity && solid {
+        let transverse = options.transverse_shear && materials.iter().any(|law| law.shear_wave_speed() > 0.0);
+        let shear_ratio = if with_velocity && transverse {
             materials.iter().map(|law| law.shear_wave_speed() / law.wave_speed()).collect()
         } else {
             Vec::new()

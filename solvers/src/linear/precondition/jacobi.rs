@@ -5,19 +5,70 @@ use super::super::factor::check_entries;
 use super::super::iteration::ApproximateInverse;
 use super::super::{LinearCounts, LinearError, Tangent};
 use super::unsuitable;
+use crate::vector::first_not_finite;
 
 /// A pivot below this fraction of the largest entry of its block makes the block singular.
 const SINGULAR_PIVOT: f64 = 1e-14;
 
-/// Explicit inverses of the diagonal blocks (a block is small: the unknowns of one particle).
-pub(super) struct BlockJacobi {
-    pointwise: bool,
-    definite: bool,
+/// Explicit inverses of diagonal blocks (a block is small: the unknowns of one particle).
+#[derive(Debug, Default)]
+pub(in super::super) struct BlockInverses {
     /// Boundaries of the blocks.
     bounds: Vec<usize>,
     /// Where the inverse of each block starts, row by row.
     starts: Vec<usize>,
     inverses: Vec<f64>,
+}
+
+impl BlockInverses {
+    /// Inverses of blocks of equal size, given by rows. Those that are not positive definite are replaced by their
+    /// diagonals' magnitudes: this serves smoothers.
+    pub(in super::super) fn uniform(size: usize, blocks: Vec<f64>) -> Self {
+        let count = blocks.len() / (size * size).max(1);
+        Self::definite((0..=count).map(|k| k * size).collect(), blocks)
+    }
+
+    /// The same for blocks with the given boundaries.
+    pub(in super::super) fn definite(bounds: Vec<usize>, mut blocks: Vec<f64>) -> Self {
+        let mut starts = vec![0];
+        for bounds in bounds.windows(2) {
+            let (start, size) = (starts[starts.len() - 1], bounds[1] - bounds[0]);
+            let block = &mut blocks[start..start + size * size];
+            let diagonal: Vec<f64> = (0..size).map(|i| block[i * size + i].abs()).collect();
+            if invert(block, size, true).is_err() {
+                block.fill(0.0);
+                for (i, value) in diagonal.into_iter().enumerate() {
+                    block[i * size + i] = if value > 0.0 { 1.0 / value } else { 1.0 };
+                }
+            }
+            starts.push(start + size * size);
+        }
+        Self { bounds, starts, inverses: blocks }
+    }
+
+    /// `z = D⁻¹ r`.
+    pub(in super::super) fn apply(&self, r: &[f64], z: &mut [f64]) {
+        for (bounds, &start) in self.bounds.windows(2).zip(&self.starts) {
+            let size = bounds[1] - bounds[0];
+            let r = &r[bounds[0]..bounds[1]];
+            for (i, z) in z[bounds[0]..bounds[1]].iter_mut().enumerate() {
+                let row = &self.inverses[start + i * size..start + (i + 1) * size];
+                *z = row.iter().zip(r).map(|(a, r)| a * r).sum();
+            }
+        }
+    }
+
+    /// Stored numbers.
+    pub(in super::super) fn entries(&self) -> usize {
+        self.inverses.len()
+    }
+}
+
+/// The preconditioner.
+pub(super) struct BlockJacobi {
+    pointwise: bool,
+    definite: bool,
+    blocks: BlockInverses,
     values: Vec<f64>,
 }
 
@@ -33,16 +84,16 @@ impl BlockJacobi {
     }
 
     fn new(pointwise: bool, definite: bool) -> Self {
-        Self { pointwise, definite, bounds: Vec::new(), starts: Vec::new(), inverses: Vec::new(), values: Vec::new() }
+        Self { pointwise, definite, blocks: BlockInverses::default(), values: Vec::new() }
     }
 
     /// Lays out the blocks.
     fn lay_out(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
         let n = tangent.size();
-        self.bounds.clear();
+        self.blocks.bounds.clear();
         let blocks = tangent.blocks();
         if self.pointwise || blocks.is_empty() {
-            self.bounds.extend(0..=n);
+            self.blocks.bounds.extend(0..=n);
         } else {
             let valid = blocks.first() == Some(&0)
                 && blocks.last() == Some(&n)
@@ -50,17 +101,72 @@ impl BlockJacobi {
             if !valid {
                 return Err(unsuitable(&self.name(), "the blocks do not cover the unknowns in order"));
             }
-            self.bounds.extend_from_slice(blocks);
+            self.blocks.bounds.extend_from_slice(blocks);
         }
-        self.starts.clear();
-        self.starts.push(0);
+        self.blocks.starts.clear();
+        self.blocks.starts.push(0);
         let mut end = 0;
-        for bounds in self.bounds.windows(2) {
+        for bounds in self.blocks.bounds.windows(2) {
             end += (bounds[1] - bounds[0]).pow(2);
-            self.starts.push(end);
+            self.blocks.starts.push(end);
         }
-        self.inverses.clear();
-        self.inverses.resize(end, 0.0);
+        self.blocks.inverses.clear();
+        self.blocks.inverses.resize(end, 0.0);
+        Ok(())
+    }
+}
+
+impl BlockJacobi {
+    /// Takes the blocks of the operator, from itself or from its entries.
+    fn take_blocks(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
+        if tangent.offers_diagonal_blocks() {
+            let blocks = tangent.blocks();
+            let length = if blocks.is_empty() {
+                tangent.size()
+            } else {
+                blocks.windows(2).map(|bounds| (bounds[1] - bounds[0]).pow(2)).sum()
+            };
+            self.values.clear();
+            self.values.resize(length, 0.0);
+            tangent.diagonal_blocks(&mut self.values);
+            if self.pointwise && !blocks.is_empty() {
+                let mut start = 0;
+                for bounds in blocks.windows(2) {
+                    let size = bounds[1] - bounds[0];
+                    (0..size).for_each(|i| self.blocks.inverses[bounds[0] + i] = self.values[start + i * size + i]);
+                    start += size * size;
+                }
+            } else {
+                self.blocks.inverses.copy_from_slice(&self.values);
+            }
+            self.values = Vec::new();
+            return match first_not_finite(&self.blocks.inverses) {
+                Some(k) => {
+                    let block = self.blocks.starts.partition_point(|&start| start <= k) - 1;
+                    let size = self.blocks.bounds[block + 1] - self.blocks.bounds[block];
+                    Err(LinearError::EntryNotFinite {
+                        row: self.blocks.bounds[block] + (k - self.blocks.starts[block]) / size,
+                    })
+                }
+                None => Ok(()),
+            };
+        }
+        let pattern = tangent.pattern().ok_or_else(|| LinearError::NeedsEntries { solver: self.name() })?;
+        self.values.resize(pattern.entries(), 0.0);
+        tangent.fill(&mut self.values);
+        check_entries(pattern, &self.values)?;
+        for (bounds, &start) in self.blocks.bounds.windows(2).zip(&self.blocks.starts) {
+            let (first, size) = (bounds[0], bounds[1] - bounds[0]);
+            let block = &mut self.blocks.inverses[start..start + size * size];
+            for i in 0..size {
+                let row = first + i;
+                for (value, &column) in self.values[pattern.stored(row)].iter().zip(pattern.row(row)) {
+                    if (first..first + size).contains(&column) {
+                        block[i * size + column - first] = *value;
+                    }
+                }
+            }
+        }
         Ok(())
     }
 }
@@ -71,23 +177,12 @@ impl ApproximateInverse for BlockJacobi {
     }
 
     fn prepare(&mut self, tangent: &dyn Tangent, counts: &mut LinearCounts) -> Result<(), LinearError> {
-        let pattern = tangent.pattern().ok_or_else(|| LinearError::NeedsEntries { solver: self.name() })?;
-        self.values.resize(pattern.entries(), 0.0);
-        tangent.fill(&mut self.values);
-        check_entries(pattern, &self.values)?;
         self.lay_out(tangent)?;
         counts.factorisations += 1;
-        for (bounds, &start) in self.bounds.windows(2).zip(&self.starts) {
+        self.take_blocks(tangent)?;
+        for (bounds, &start) in self.blocks.bounds.windows(2).zip(&self.blocks.starts) {
             let (first, size) = (bounds[0], bounds[1] - bounds[0]);
-            let block = &mut self.inverses[start..start + size * size];
-            for i in 0..size {
-                let row = first + i;
-                for (value, &column) in self.values[pattern.stored(row)].iter().zip(pattern.row(row)) {
-                    if (first..first + size).contains(&column) {
-                        block[i * size + column - first] = *value;
-                    }
-                }
-            }
+            let block = &mut self.blocks.inverses[start..start + size * size];
             if let Err((i, value)) = invert(block, size, self.definite) {
                 let unknown = Some(first + i);
                 return Err(if self.definite && value < 0.0 {
@@ -103,18 +198,11 @@ impl ApproximateInverse for BlockJacobi {
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
-        for (bounds, &start) in self.bounds.windows(2).zip(&self.starts) {
-            let size = bounds[1] - bounds[0];
-            let r = &r[bounds[0]..bounds[1]];
-            for (i, z) in z[bounds[0]..bounds[1]].iter_mut().enumerate() {
-                let row = &self.inverses[start + i * size..start + (i + 1) * size];
-                *z = row.iter().zip(r).map(|(a, r)| a * r).sum();
-            }
-        }
+        self.blocks.apply(r, z);
     }
 
     fn fill(&self) -> usize {
-        self.inverses.len()
+        self.blocks.entries()
     }
 }
 

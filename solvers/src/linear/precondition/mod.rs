@@ -5,13 +5,15 @@
 //! | none | – | – | well conditioned systems |
 //! | Jacobi | diagonal | n | one unknown per point |
 //! | block Jacobi | diagonal blocks | n × block | steps of a few critical ones |
+//! | multigrid | an action, tent functions | a few actions | large steps, statics; see [`super::multigrid`] |
 //! | ILU(0) | all entries | entries | larger steps |
 //! | ILUT | all entries | entries × fill | systems that are hard for ILU(0) |
 //! | LU, LDLᵀ, Cholesky | all entries | factor | an operator near to the one that is solved |
 //! | LDLᵀ of `½(A + Aᵀ)` | all entries | factor | operators that are nearly symmetric |
 //!
-//! Everything but "none" needs entries: those of the operator, or of its
-//! [`sparser`](super::Tangent::sparser) relative, which is what the matrix-free path offers.
+//! Jacobi takes [diagonal blocks](super::Tangent::diagonal_blocks) where the operator offers them. The factors need
+//! entries: those of the operator, or of its [`sparser`](super::Tangent::sparser) relative, which is what the
+//! matrix-free path offers.
 
 mod ilu0;
 mod ilut;
@@ -19,11 +21,15 @@ mod jacobi;
 mod symmetric_part;
 mod triangular;
 
+pub(super) use jacobi::BlockInverses;
+pub(super) use symmetric_part::SymmetricPart;
+
 use super::choice::{Preconditioner, PreconditionerMatrix};
 use super::factor::FactoredMatrix;
 use super::iteration::ApproximateInverse;
 use super::ldlt::{SymmetricFactors, Variant};
 use super::lu::LuFactors;
+use super::multigrid::Multigrid;
 use super::{LinearCounts, LinearError, Tangent};
 
 /// Builds the chosen preconditioner. With `definite`, it must be positive definite (for CG).
@@ -37,8 +43,9 @@ pub(super) fn build(
     };
     let inner: Box<dyn ApproximateInverse> = match choice {
         Preconditioner::None => return Box::new(Identity),
-        Preconditioner::Jacobi => Box::new(jacobi::BlockJacobi::pointwise(definite)),
-        Preconditioner::BlockJacobi => Box::new(jacobi::BlockJacobi::blockwise(definite)),
+        Preconditioner::Multigrid(options) => return Box::new(Multigrid::new(options.clone())),
+        Preconditioner::Jacobi => return Box::new(jacobi_of(matrix, true, definite)),
+        Preconditioner::BlockJacobi => return Box::new(jacobi_of(matrix, false, definite)),
         Preconditioner::Ilu0 => Box::new(ilu0::Ilu0::new(definite)),
         Preconditioner::Ilut { drop_tolerance, fill } => Box::new(ilut::Ilut::new(*drop_tolerance, *fill)),
         Preconditioner::Lu => Box::new(FactoredMatrix::new(Box::new(LuFactors::new()))),
@@ -46,10 +53,21 @@ pub(super) fn build(
         Preconditioner::Cholesky { order } => symmetric(Variant::Cholesky, order),
     };
     let inner = match matrix {
-        PreconditionerMatrix::SymmetricPart => Box::new(symmetric_part::SymmetricPart::new(inner)),
+        PreconditionerMatrix::SymmetricPart => Box::new(symmetric_part::OfSymmetricPart::new(inner)),
         _ => inner,
     };
-    Box::new(FromEntries { inner, matrix })
+    Box::new(FromEntries { inner, matrix, takes_diagonal: false })
+}
+
+/// Jacobi takes diagonal blocks where the operator offers them, and else the entries of the chosen matrix.
+fn jacobi_of(matrix: PreconditionerMatrix, pointwise: bool, definite: bool) -> FromEntries {
+    let inner =
+        if pointwise { jacobi::BlockJacobi::pointwise(definite) } else { jacobi::BlockJacobi::blockwise(definite) };
+    let inner: Box<dyn ApproximateInverse> = match matrix {
+        PreconditionerMatrix::SymmetricPart => Box::new(symmetric_part::OfSymmetricPart::new(Box::new(inner))),
+        _ => Box::new(inner),
+    };
+    FromEntries { inner, matrix, takes_diagonal: matrix == PreconditionerMatrix::Auto }
 }
 
 /// `M = 1`.
@@ -77,6 +95,8 @@ impl ApproximateInverse for Identity {
 struct FromEntries {
     inner: Box<dyn ApproximateInverse>,
     matrix: PreconditionerMatrix,
+    /// Whether diagonal blocks alone are enough.
+    takes_diagonal: bool,
 }
 
 impl FromEntries {
@@ -86,6 +106,7 @@ impl FromEntries {
         match self.matrix {
             PreconditionerMatrix::Full | PreconditionerMatrix::SymmetricPart => full(),
             PreconditionerMatrix::Sparser => sparser(),
+            PreconditionerMatrix::Auto if self.takes_diagonal && tangent.offers_diagonal_blocks() => Some(tangent),
             PreconditionerMatrix::Auto => full().or_else(sparser),
         }
     }

@@ -4,21 +4,76 @@
 use std::sync::Arc;
 
 use super::super::iteration::{ApproximateInverse, is_known};
-use super::super::{LinearCounts, LinearError, SparsePattern, StoredTangent, Symmetry, Tangent};
+use super::super::{LinearCounts, LinearError, Places, SparsePattern, Symmetry, Tangent};
 use super::unsuitable;
 
-/// A preconditioner for symmetric matrices, built from `½(A + Aᵀ)`.
-pub(super) struct SymmetricPart {
-    inner: Box<dyn ApproximateInverse>,
+/// Finds the symmetric part of one operator after another.
+#[derive(Debug, Default)]
+pub(in super::super) struct SymmetricPart {
     pattern: Option<Arc<SparsePattern>>,
     /// For every entry (i, j) the place of (j, i).
     twins: Vec<usize>,
-    values: Vec<f64>,
+}
+
+/// A preconditioner for symmetric matrices, built from `½(A + Aᵀ)`.
+pub(super) struct OfSymmetricPart {
+    inner: Box<dyn ApproximateInverse>,
+    part: SymmetricPart,
+}
+
+/// `½(A + Aᵀ)`, as far as a factorisation asks.
+pub(in super::super) struct HalfSum<'a> {
+    whole: &'a dyn Tangent,
+    twins: &'a [usize],
+}
+
+impl Tangent for HalfSum<'_> {
+    fn size(&self) -> usize {
+        self.whole.size()
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::Symmetric
+    }
+
+    fn apply(&self, v: &[f64], out: &mut [f64]) {
+        self.whole.apply(v, out);
+    }
+
+    fn pattern(&self) -> Option<&Arc<SparsePattern>> {
+        self.whole.pattern()
+    }
+
+    fn fill(&self, values: &mut [f64]) {
+        self.whole.fill(values);
+        // The pair is visited from its first entry, which is still the old one then; so is its twin.
+        for (place, &twin) in self.twins.iter().enumerate().filter(|(place, twin)| place < *twin) {
+            let mean = 0.5 * (values[place] + values[twin]);
+            (values[place], values[twin]) = (mean, mean);
+        }
+    }
+
+    fn blocks(&self) -> &[usize] {
+        self.whole.blocks()
+    }
+
+    fn places(&self) -> Option<Places> {
+        self.whole.places()
+    }
+}
+
+impl OfSymmetricPart {
+    pub(super) fn new(inner: Box<dyn ApproximateInverse>) -> Self {
+        Self { inner, part: SymmetricPart::default() }
+    }
 }
 
 impl SymmetricPart {
-    pub(super) fn new(inner: Box<dyn ApproximateInverse>) -> Self {
-        Self { inner, pattern: None, twins: Vec::new(), values: Vec::new() }
+    /// `½(A + Aᵀ)`.
+    pub(in super::super) fn of<'a>(&'a mut self, tangent: &'a dyn Tangent) -> Result<HalfSum<'a>, LinearError> {
+        let pattern = tangent.pattern().ok_or_else(|| LinearError::NeedsEntries { solver: "symmetric part".into() })?;
+        self.find_twins(pattern)?;
+        Ok(HalfSum { whole: tangent, twins: &self.twins })
     }
 
     fn find_twins(&mut self, pattern: &Arc<SparsePattern>) -> Result<(), LinearError> {
@@ -41,7 +96,7 @@ impl SymmetricPart {
     }
 }
 
-impl ApproximateInverse for SymmetricPart {
+impl ApproximateInverse for OfSymmetricPart {
     fn name(&self) -> String {
         format!("{} of the symmetric part", self.inner.name())
     }
@@ -50,13 +105,7 @@ impl ApproximateInverse for SymmetricPart {
         if tangent.symmetry() != Symmetry::General {
             return self.inner.prepare(tangent, counts);
         }
-        let pattern = tangent.pattern().ok_or_else(|| LinearError::NeedsEntries { solver: self.name() })?;
-        self.find_twins(pattern)?;
-        self.values.resize(pattern.entries(), 0.0);
-        tangent.fill(&mut self.values);
-        let symmetric = self.values.iter().zip(&self.twins).map(|(value, &twin)| 0.5 * (value + self.values[twin]));
-        let part = StoredTangent::new(pattern, symmetric.collect(), Symmetry::Symmetric);
-        self.inner.prepare(&part, counts)
+        self.inner.prepare(&self.part.of(tangent)?, counts)
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {

@@ -1,0 +1,177 @@
+//! The explicit path against the memory: rate, step and set-up, from a thousand to a million particles.
+//!
+//! `cargo bench --bench explicit [-- LARGEST]`. The yardstick is the bandwidth of a triad `a = b + s c` in the same
+//! process with the same number of threads, 24 bytes an entry. Bytes of a rate are those that no order of loops can
+//! avoid: every table read once, every field read or written once, what is gathered from neighbours counted once per
+//! particle. Rows that a lattice repeats are no bytes: only the others are counted. All figures are the smallest of
+//! several; shares of bandwidth mean something only while nothing else uses the memory.
+//!
+//! Measured so far (one core of an EPYC "Turin", AVX2, small sizes that stay in the cache, other builds running; ns per
+//! particle and rate at 10³ particles; before: the sweeps of `model::evaluation`, which store a `Point` each):
+//!
+//! | | neighbours | before, LTO off | row by row | repeated rows |
+//! |---|---|---|---|---|
+//! | 2D, linear law | 21 | 590 | 86 (perturbed lattice) | 44 |
+//! | 3D, linear law | 57 | 1540 | 250 | no run is long enough at 10³ |
+//!
+//! Tried and lost: closures given to `pulp::Arch::dispatch` (what calls them is not inlined, and the loops were scalar:
+//! five times slower); iterators instead of indices in the innermost loops. Quick builds (`lto = "off"`, many units) do
+//! not inline across units, and measure nothing: use the release profile as it is, or one codegen unit.
+#![allow(clippy::print_stdout, reason = "a bench reports on the terminal")]
+
+use std::error::Error;
+use std::path::Path;
+use std::time::Instant;
+
+use nicolson::model::Model;
+use nicolson::scene::Scene;
+use nicolson::simulation::prepare;
+use nicolson_solvers::time::System;
+use rayon::prelude::*;
+
+/// Smallest time of several repetitions, s.
+fn smallest(repetitions: usize, mut work: impl FnMut()) -> f64 {
+    (0..repetitions)
+        .map(|_| {
+            let start = Instant::now();
+            work();
+            start.elapsed().as_secs_f64()
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Bytes per second of a triad far beyond the caches, on the present pool.
+fn triad() -> f64 {
+    let n = 1 << 24;
+    let (mut a, b, c) = (vec![0.0_f64; n], vec![1.0_f64; n], vec![2.0_f64; n]);
+    let time = smallest(5, || {
+        a.par_chunks_mut(1 << 16).zip(b.par_chunks(1 << 16)).zip(c.par_chunks(1 << 16)).for_each(|((a, b), c)| {
+            for ((a, b), c) in a.iter_mut().zip(b).zip(c) {
+                *a = b + 3.0 * c;
+            }
+        });
+    });
+    assert!(a[n / 2] == 7.0);
+    24.0 * n as f64 / time
+}
+
+/// A box of about `count` particles that is let go from a smooth motion.
+fn scene(dimension: usize, count: usize, kind: Kind) -> Result<Scene, Box<dyn Error>> {
+    let across = (count as f64).powf(1.0 / dimension as f64).round();
+    let list = |item: &str| vec![item; dimension].join(", ");
+    let perturb = if kind == Kind::Perturbed { "perturb = { amount = 0.1 }" } else { "" };
+    let law = match kind {
+        Kind::Hyperelastic => "hyperelastic_volumetric = { density = 1000.0, gamma = 7.0, wave_speed = 10.0 }",
+        _ => "linear_volumetric = { density = 1000.0, bulk_modulus = 1e5 }",
+    };
+    let velocity = ["\"0.1*sin(3*X)\"", "\"0.1*cos(2*X)*Y\"", "\"0.05*Z*Y\""][..dimension].join(", ");
+    let text = format!(
+        "title = \"bench\"\ndimension = {dimension}\n[[body]]\nname = \"block\"\n\
+         shape.box = {{ lower = [{}], upper = [{}] }}\ncounts = [{}]\nlayout = \"vertex\"\nsmoothing = 1.2\n{perturb}\n\
+         weights = \"separate\"\nmaterial.{law}\n[initial]\nvelocity = [{velocity}]\n\
+         [time]\nscheme = \"tvd_rk2\"\nstep = {}\nend = 1.0\n[output]\nhistory = false\nplots = false\n",
+        list("0.0"),
+        list("1.0"),
+        list(&format!("{across}")),
+        0.2 / across / 10.0,
+    );
+    Ok(Scene::parse(&text, "bench", Path::new("."), &[])?)
+}
+
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Kind {
+    Lattice,
+    Hyperelastic,
+    Perturbed,
+}
+
+/// Bytes that a rate cannot avoid.
+///
+/// The rows of particles outside runs are taken as of mean length.
+fn compulsory<const D: usize>(model: &Model<D>) -> f64 {
+    let rows = model.gradient().neighbourhood.len() as f64;
+    // u, v, J in; stress out and in; volume and mass; rates of all three out.
+    let fields = 8 * ((2 * D + 1) + 2 * D * D + 2 + (2 * D + 1));
+    let [own, _] = model.gradient().in_runs();
+    let listed = 1.0 - own as f64 / rows;
+    rows * fields as f64 + listed * (model.gradient().neighbourhood.pairs() * (4 + 8 * D)) as f64 + listed * 4.0 * rows
+}
+
+/// What one size of one kind costs, per particle.
+struct Cost {
+    particles: usize,
+    rate: f64,
+    step: f64,
+    setup: f64,
+    bytes: f64,
+}
+
+fn cost<const D: usize>(count: usize, kind: Kind) -> Result<Cost, Box<dyn Error>> {
+    let scene = scene(D, count, kind)?;
+    let mut prepared = prepare::<D>(&scene)?;
+    let mut failed = false;
+    let setup = smallest((200_000 / count).clamp(1, 10), || failed |= prepare::<D>(&scene).is_err());
+    let (model, state) = (&mut prepared.model, &mut prepared.state);
+    let mut rate = vec![0.0; state.values.len()];
+    let repetitions = (4_000_000 / model.particles()).clamp(8, 200);
+    model.rate(0.0, &state.values, &mut rate)?;
+    let rate = smallest(repetitions, || model.rate(0.0, &state.values, &mut rate).unwrap_or_default());
+    failed |= prepared.stepper.advance(model, state, prepared.end).is_err();
+    let step = smallest(repetitions, || failed |= prepared.stepper.advance(model, state, prepared.end).is_err());
+    assert!(!failed);
+    let bytes = compulsory(model);
+    Ok(Cost { particles: model.particles(), rate, step, setup, bytes })
+}
+
+fn report<const D: usize>(largest: usize, kind: Kind, bandwidth: f64) -> Result<Cost, Box<dyn Error>> {
+    let mut costs = Vec::new();
+    let mut count = 1000;
+    while count <= largest {
+        let cost = cost::<D>(count, kind)?;
+        let n = cost.particles as f64;
+        println!(
+            "{D}D {kind:?} {n:>8}: rate {:7.2} ns/particle, step {:5.2} rates, set-up {:6.1} steps, {:5.0} B/particle, {:4.1} % of the triad",
+            1e9 * cost.rate / n,
+            cost.step / cost.rate,
+            cost.setup / cost.step,
+            cost.bytes / n,
+            100.0 * cost.bytes / cost.rate / bandwidth,
+        );
+        costs.push(cost);
+        count *= 10;
+    }
+    let (first, last) = (&costs[0], &costs[costs.len() - 1]);
+    if costs.len() > 1 {
+        let exponent = (last.rate / first.rate).ln() / (last.particles as f64 / first.particles as f64).ln();
+        println!("{D}D {kind:?}: cost grows as n^{exponent:.3}");
+    }
+    costs.pop().ok_or_else(|| "no size".into())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let largest = std::env::args().skip(1).find_map(|a| a.parse::<f64>().ok()).unwrap_or(1e6) as usize;
+    let mut one: Vec<Cost> = Vec::new();
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let outcome = pool.install(|| -> Result<Vec<Cost>, String> {
+            let bandwidth = triad();
+            println!("{threads} thread(s): triad {:.1} GB/s", 1e-9 * bandwidth);
+            let mut costs = Vec::new();
+            for kind in [Kind::Lattice, Kind::Hyperelastic, Kind::Perturbed] {
+                costs.push(report::<2>(largest, kind, bandwidth).map_err(|e| e.to_string())?);
+                costs.push(report::<3>(largest, kind, bandwidth).map_err(|e| e.to_string())?);
+            }
+            Ok(costs)
+        })?;
+        for (before, now) in one.iter().zip(&outcome) {
+            println!(
+                "{threads} threads over 1, {} particles: rate {:.2}, step {:.2}",
+                now.particles,
+                before.rate / now.rate,
+                before.step / now.step
+            );
+        }
+        one = outcome;
+    }
+    Ok(())
+}

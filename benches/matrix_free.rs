@@ -1,0 +1,325 @@
+//! The matrix-free path: cost of a tangent action, iterations of the preconditioners, memory, and whole steps.
+//!
+//! `cargo bench --bench matrix_free -- costs|iterations|steps [2|3] [PARTICLES…] [LAW] [SOLVER…]`, for example
+//! `… -- iterations 3 10000 100000 "mg 4,0"`; `SMOOTHING` (1.2) and `THREADS` (1) in the environment.
+//!
+//! Solvers: `jacobi` is CG with block Jacobi, `near` GMRES with ILU(0) of the one-ring part, `mg H,k` CG with multigrid on
+//! a finest lattice of H particle spacings with k terms of the smoother (2k + 1 products an iteration), 0: additive.
+//!
+//! Iterations to 1e-3 / 1e-8 with r times the critical step `2/ω_max`, clamped block of 4096 particles in 3D, St
+//! Venant–Kirchhoff, ν = 0.3, h = 1.2 Δx, body force with 10 % noise (and the cost of both solves in rates at r = 1000):
+//!
+//! | | r = 1 | 5 | 20 | 100 | 1000 | rates |
+//! |---|---|---|---|---|---|---|
+//! | jacobi | 4/10 | 16/41 | 44/109 | 58/137 | 59/140 | 28, 66 |
+//! | **mg 4,0** | 3/11 | 8/27 | 15/38 | 17/40 | 17/41 | 8, 18 |
+//! | mg 4,1 | 3/11 | 4/12 | 7/17 | 8/18 | 8/18 | 13, 24 |
+//! | mg 4,2 | 3/8 | 3/9 | 4/10 | 5/11 | 5/11 | 12, 28 |
+//! | mg 3,1 | 2/6 | 4/12 | 5/15 | 6/17 | 6/17 | 9, 27 |
+//!
+//! An iteration of CG costs half a rate, so the additive form, which needs no product of its own, wins although it takes
+//! twice the iterations; it is the default. (Rates measured on a machine at ten times its load: ± 30 %.)
+#![allow(clippy::print_stdout, reason = "a bench reports on the terminal")]
+
+use std::path::Path;
+use std::time::Instant;
+
+use nicolson::model::Model;
+use nicolson::scene::Scene;
+use nicolson_solvers::linear::{
+    KrylovOptions, LinearSolverChoice, MultigridOptions, Operator, Preconditioner, PreconditionerMatrix, Tangent,
+};
+use nicolson_solvers::nonlinear::{Forcing, NewtonOptions, NewtonSolver, NonlinearProblem};
+use nicolson_solvers::time::{Scheme, StageSystem, StepControl, Stepper, System, TimeState};
+
+type Failure = Box<dyn std::error::Error>;
+
+/// Smallest time of several repetitions, s.
+fn smallest(repetitions: usize, mut work: impl FnMut()) -> f64 {
+    let mut once = || {
+        let start = Instant::now();
+        work();
+        start.elapsed().as_secs_f64()
+    };
+    (0..repetitions).map(|_| once()).fold(f64::INFINITY, f64::min)
+}
+
+/// Resident memory of this process, bytes.
+fn resident() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = text.lines().find(|line| line.starts_with("VmRSS"));
+    line.and_then(|l| l.split_whitespace().nth(1)?.parse::<f64>().ok()).unwrap_or(f64::NAN) * 1024.0
+}
+
+/// A cantilever (2D, 8 : 1) or a block clamped at its base (3D), of about as many particles as asked.
+fn scene(dimension: usize, particles: f64, law: &str, smoothing: f64) -> Result<Scene, Failure> {
+    let (counts, box_, fix) = if dimension == 2 {
+        let across = (particles / 8.0).sqrt().round() as usize;
+        (format!("[{}, {}]", 8 * across, across), "lower = [0.0, 0.0], upper = [8.0, 1.0]", "\"x\", \"y\"")
+    } else {
+        let across = particles.cbrt().round() as usize;
+        let box_ = "lower = [0.0, 0.0, 0.0], upper = [1.0, 1.0, 1.0]";
+        (format!("[{across}, {across}, {across}]"), box_, "\"x\", \"y\", \"z\"")
+    };
+    let gravity = if dimension == 2 { "[0.0, -0.1]" } else { "[0.0, -10.0, 0.0]" };
+    let face = if dimension == 2 { "lower_x" } else { "lower_z" };
+    let text = format!(
+        "title = \"bench\"\ndimension = {dimension}\ngravity = {gravity}\n[[body]]\nname = \"body\"\ncounts = {counts}\n\
+         layout = \"vertex\"\nsmoothing = {smoothing}\nweights = \"separate\"\nshape.box = {{ {box_} }}\n\
+         material.{law} = {{ density = 1000.0, youngs_modulus = 1e6, poissons_ratio = 0.3 }}\n[[boundary]]\n\
+         select.face = \"{face}\"\nfix = [{fix}]\n[time]\nend = 1.0\nstep = 0.1\n"
+    );
+    Ok(Scene::parse(&text, "bench", Path::new("."), &[]).map_err(|e| e.to_string())?)
+}
+
+fn model<const D: usize>(particles: f64, law: &str, smoothing: f64) -> Result<Model<D>, Failure> {
+    let (setup, _) = scene(D, particles, law, smoothing)?.setup::<D>().map_err(|e| e.to_string())?;
+    Ok(Model::new(setup, None, None)?)
+}
+
+/// Poses the stage of a Crank–Nicolson step at the state and linearises at zero velocities.
+fn linearise<const D: usize>(model: &mut Model<D>, state: &[f64], step: f64) -> Result<(), Failure> {
+    model.begin_stage(0.0, 0.5 * step, state);
+    let y = vec![0.0; model.unknown_count()];
+    Ok(model.linearise(&y)?)
+}
+
+/// Critical step `2/ω` by the power method, s.
+fn critical_step<const D: usize>(model: &mut Model<D>, state: &[f64]) -> Result<f64, Failure> {
+    let s = 1e-3;
+    linearise(model, state, 2.0 * s)?;
+    let owner: Vec<usize> = model.blocks().windows(2).enumerate().flat_map(|(a, b)| vec![a; b[1] - b[0]]).collect();
+    let mut v: Vec<f64> = (0..owner.len()).map(|i| (i as f64 * 1.3).sin()).collect();
+    let mut product = vec![0.0; v.len()];
+    let mut largest = 1.0;
+    for _ in 0..30 {
+        let length = v.iter().map(|v| v * v).sum::<f64>().sqrt();
+        v.iter_mut().for_each(|v| *v /= length);
+        model.tangent().apply(&v, &mut product);
+        v.iter_mut().zip(&product).zip(&owner).for_each(|((v, p), &a)| *v = p / model.masses()[a]);
+        largest = v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    }
+    Ok(2.0 * s / (largest - 1.0_f64).sqrt())
+}
+
+fn costs<const D: usize>(particles: f64, law: &str, smoothing: f64) -> Result<(), Failure> {
+    let before = resident();
+    let mut model = model::<D>(particles, law, smoothing)?;
+    let n = model.particles() as f64;
+    let state = model.initial_state()?;
+    let mut rate = vec![0.0; state.len()];
+    model.rate(0.0, &state, &mut rate)?;
+    let explicit = (resident() - before) / n;
+    let unit = smallest(10, || model.rate(0.0, &state, &mut rate).unwrap_or_default());
+    let critical = critical_step(&mut model, &state)?;
+    linearise(&mut model, &state, 20.0 * critical)?;
+    let frozen = smallest(3, || {
+        model.begin_stage(0.0, 10.0 * critical * 1.000_1, &state);
+        let _ = model.linearise(&vec![0.0; model.unknown_count()]);
+    });
+    let v: Vec<f64> = (0..model.size()).map(|i| (i as f64).sin()).collect();
+    let mut out = vec![0.0; v.len()];
+    let action = smallest(10, || model.tangent().apply(&v, &mut out));
+    let mut blocks = vec![0.0; model.blocks().windows(2).map(|b| (b[1] - b[0]).pow(2)).sum()];
+    let diagonal = smallest(3, || model.diagonal_blocks(&mut blocks));
+    drop(blocks);
+    let mut found = Vec::new();
+    for preconditioner in [Preconditioner::BlockJacobi, Preconditioner::Multigrid(MultigridOptions::default())] {
+        let krylov = KrylovOptions { preconditioner, operator: Operator::MatrixFree, ..Default::default() };
+        let mut solver = LinearSolverChoice::Cg { krylov }.build();
+        let start = Instant::now();
+        solver.prepare(model.tangent())?;
+        let time = start.elapsed().as_secs_f64();
+        solver.solve(model.tangent(), &v, &mut out, 1e-3)?;
+        found.push((time / unit, (resident() - before) / n));
+    }
+    println!(
+        "{:>3} {:>8} {:>18} {:>4} {:>6.1} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>8.0} {:>8.0} {:>8.0} {:>8.1} {:>8.1}",
+        D,
+        n,
+        law,
+        smoothing,
+        model.gradient().neighbourhood.pairs() as f64 / n,
+        unit / n * 1e6,
+        frozen / unit,
+        action / unit,
+        diagonal / unit,
+        explicit,
+        found[0].1,
+        found[1].1,
+        found[0].0,
+        found[1].0
+    );
+    Ok(())
+}
+
+fn solvers() -> Vec<(&'static str, LinearSolverChoice)> {
+    let cg = |preconditioner| LinearSolverChoice::Cg {
+        krylov: KrylovOptions {
+            preconditioner,
+            operator: Operator::MatrixFree,
+            max_iterations: 3000,
+            ..Default::default()
+        },
+    };
+    let grid = |spacing, smoothing| {
+        cg(Preconditioner::Multigrid(MultigridOptions { spacing, smoothing, ..Default::default() }))
+    };
+    let near = LinearSolverChoice::Gmres {
+        restart: 50,
+        krylov: KrylovOptions {
+            preconditioner: Preconditioner::Ilu0,
+            preconditioner_matrix: PreconditionerMatrix::Sparser,
+            operator: Operator::MatrixFree,
+            ..Default::default()
+        },
+    };
+    vec![
+        ("jacobi", cg(Preconditioner::BlockJacobi)),
+        ("near", near),
+        ("mg 4,0", grid(4.0, 0)),
+        ("mg 4,1", grid(4.0, 1)),
+        ("mg 4,2", grid(4.0, 2)),
+        ("mg 4,3", grid(4.0, 3)),
+        ("mg 3,0", grid(3.0, 0)),
+        ("mg 6,0", grid(6.0, 0)),
+        ("mg 3,1", grid(3.0, 1)),
+        ("mg 3,2", grid(3.0, 2)),
+        ("mg 6,2", grid(6.0, 2)),
+        ("mg 6,3", grid(6.0, 3)),
+    ]
+}
+
+fn iterations<const D: usize>(particles: f64, law: &str, smoothing: f64, only: &[String]) -> Result<(), Failure> {
+    let mut model = model::<D>(particles, law, smoothing)?;
+    let state = model.initial_state()?;
+    let mut rate = vec![0.0; state.len()];
+    let unit = smallest(5, || model.rate(0.0, &state, &mut rate).unwrap_or_default());
+    let critical = critical_step(&mut model, &state)?;
+    println!(
+        "{D}D {} particles, {law}, h = {smoothing}; per cell: iterations to 1e-3 / 1e-8, set-up | both solves in rates",
+        model.particles()
+    );
+    for (name, choice) in solvers().into_iter().filter(|(name, _)| only.is_empty() || only.iter().any(|o| o == name)) {
+        print!("{name:>8}");
+        for r in [1.0, 5.0, 20.0, 100.0, 1000.0] {
+            linearise(&mut model, &state, r * critical)?;
+            let owner: Vec<usize> =
+                model.blocks().windows(2).enumerate().flat_map(|(a, b)| vec![a; b[1] - b[0]]).collect();
+            let b: Vec<f64> = (0..owner.len())
+                .map(|i| {
+                    let noise = ((i as f64 * 12.9898).sin() * 43758.5453).fract();
+                    model.masses()[owner[i]] * (if i % D == 1 { 1.0 } else { 0.0 } + 0.1 * noise)
+                })
+                .collect();
+            let mut x = vec![0.0; b.len()];
+            let mut solver = choice.build();
+            let start = Instant::now();
+            solver.prepare(model.tangent())?;
+            let ready = start.elapsed().as_secs_f64() / unit;
+            let mut cell = String::new();
+            let mut cost = Vec::new();
+            for tolerance in [1e-3, 1e-8] {
+                let start = Instant::now();
+                match solver.solve(model.tangent(), &b, &mut x, tolerance) {
+                    Ok(report) => cell += &format!("{:>5}", report.iterations),
+                    Err(_) => cell += "    -",
+                }
+                cost.push(start.elapsed().as_secs_f64() / unit);
+            }
+            print!(" {cell} {ready:>5.0} |{:>5.0}{:>6.0}", cost[0], cost[1]);
+        }
+        println!();
+    }
+    Ok(())
+}
+
+fn steps<const D: usize>(particles: f64, law: &str, smoothing: f64, only: &[String]) -> Result<(), Failure> {
+    let mut model = model::<D>(particles, law, smoothing)?;
+    let state = model.initial_state()?;
+    let mut rate = vec![0.0; state.len()];
+    let unit = smallest(5, || model.rate(0.0, &state, &mut rate).unwrap_or_default());
+    let critical = critical_step(&mut model, &state)?;
+    println!(
+        "{D}D {} particles, {law}: five Crank-Nicolson steps of 20 critical ones; rates per step, Newton and linear iterations",
+        model.particles()
+    );
+    for (name, choice) in solvers().into_iter().filter(|(name, _)| only.is_empty() || only.iter().any(|o| o == name)) {
+        for (label, forcing, tolerance) in [
+            ("EW2, 1e-4", Forcing::eisenstat_walker_2(), 1e-4),
+            ("EW2, 1e-6", Forcing::eisenstat_walker_2(), 1e-6),
+            ("EW2, 1e-8", Forcing::eisenstat_walker_2(), 1e-8),
+            ("1e-2, 1e-4", Forcing::Constant(1e-2), 1e-4),
+            ("1e-3, 1e-6", Forcing::Constant(1e-3), 1e-6),
+        ] {
+            let options = NewtonOptions { forcing, relative_tolerance: tolerance, ..NewtonOptions::default() };
+            let newton = NewtonSolver::new(options, choice.build());
+            let mut stepper =
+                Stepper::new(Scheme::CrankNicolson, StepControl::Fixed { step: 20.0 * critical }, Some(newton))?;
+            let mut now = TimeState::new(0.0, state.clone());
+            print!("{name:>8} {label:>12}:");
+            for _ in 0..5 {
+                let start = Instant::now();
+                let counts = |stepper: &Stepper| {
+                    let linear = stepper.newton().map(|newton| newton.linear().counts());
+                    linear.map_or((0, 0), |counts| (counts.solves, counts.iterations))
+                };
+                let before = counts(&stepper);
+                stepper.advance(&mut model, &mut now, f64::INFINITY).map_err(|e| e.to_string())?;
+                let cost = start.elapsed().as_secs_f64() / unit;
+                let after = counts(&stepper);
+                print!("  {cost:>6.0} {:>2} {:>3}", after.0 - before.0, after.1 - before.1);
+            }
+            println!();
+        }
+    }
+    Ok(())
+}
+
+fn main() -> Result<(), Failure> {
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
+    let what = arguments.first().map_or("costs", String::as_str);
+    let numbers: Vec<f64> = arguments.iter().filter_map(|a| a.parse().ok()).collect();
+    let dimension = numbers.first().copied().unwrap_or(3.0);
+    let sizes = if numbers.len() > 1 { numbers[1..].to_vec() } else { vec![1e4] };
+    let text = |a: &&String| a.parse::<f64>().is_err() && a.as_str() != what;
+    let laws: Vec<String> = arguments.iter().filter(text).filter(|a| a.contains('_')).cloned().collect();
+    let law = laws.first().map_or("st_venant_kirchhoff", String::as_str).to_owned();
+    let only: Vec<String> = arguments.iter().filter(text).filter(|a| !a.contains('_')).cloned().collect();
+    let smoothing = std::env::var("SMOOTHING").ok().and_then(|s| s.parse().ok()).unwrap_or(1.2);
+    let threads = std::env::var("THREADS").ok().and_then(|s| s.parse().ok()).unwrap_or(1);
+    if what == "costs" {
+        println!(
+            "{:>3} {:>8} {:>18} {:>4} {:>6} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8} {:>8}",
+            "D",
+            "n",
+            "law",
+            "h",
+            "pairs",
+            "rate us/n",
+            "linear.",
+            "action",
+            "diagonal",
+            "B expl.",
+            "B Jacobi",
+            "B grid",
+            "Jacobi",
+            "grid"
+        );
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    pool.install(|| {
+        sizes.iter().try_for_each(|&size| {
+            let outcome = match (what, dimension as usize) {
+                ("costs", 2) => costs::<2>(size, &law, smoothing),
+                ("costs", _) => costs::<3>(size, &law, smoothing),
+                ("iterations", 2) => iterations::<2>(size, &law, smoothing, &only),
+                ("iterations", _) => iterations::<3>(size, &law, smoothing, &only),
+                (_, 2) => steps::<2>(size, &law, smoothing, &only),
+                (_, _) => steps::<3>(size, &law, smoothing, &only),
+            };
+            outcome.map_err(|e| e.to_string())
+        })
+    })?;
+    Ok(())
+}
