@@ -38,6 +38,48 @@ pub struct Setup<const D: usize> {
     pub probes: Vec<Probe<D>>,
     /// Exact solution to compare with at the end.
     pub exact: Option<ExactSolution<D>>,
+    /// What filling came to, of bodies that were cut out of a lattice or came from a file.
+    pub geometry: Vec<GeometryRecord>,
+}
+
+/// What filling a shape or reading a file came to.
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GeometryRecord {
+    /// Name of the body.
+    pub body: String,
+    /// File, or `shape`.
+    pub source: String,
+    /// Number of particles.
+    pub particles: usize,
+    /// Volume of the particles, m^D.
+    pub volume: f64,
+    /// Their mass, kg.
+    pub mass: f64,
+    /// Volume by a formula, or that the triangles enclose, m^D, if known.
+    pub exact_volume: Option<f64>,
+    /// Relative error of the volume that the cells hold, before it was scaled to the exact one.
+    pub volume_error: Option<f64>,
+    /// Relative error of the mass.
+    pub mass_error: Option<f64>,
+    /// Triangles of the file.
+    pub triangles: Option<usize>,
+    /// Edges of triangles without a counterpart.
+    pub open_edges: Option<usize>,
+    /// Cells where the body is thinner than the spacing.
+    pub thin_cells: usize,
+    /// Whether pieces of the boundary are known: without them, weights are not balanced.
+    pub has_faces: bool,
+}
+
+impl GeometryRecord {
+    /// Enters what follows from the volumes of the particles.
+    pub fn complete(&mut self, volumes: &[f64], density: f64) {
+        self.particles = volumes.len();
+        self.volume = volumes.iter().sum();
+        self.mass = self.volume * density;
+        self.mass_error = self.exact_volume.map(|exact| self.volume / exact - 1.0);
+    }
 }
 
 /// One body: a range of particles with one material and one kernel.

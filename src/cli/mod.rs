@@ -62,6 +62,9 @@ enum Command {
     Check {
         #[command(flatten)]
         scene: SceneArguments,
+        /// Draw particles, constraints and loads into a PNG (and an SVG beside it) [default: SCENE-preview.png].
+        #[arg(long, value_name = "FILE.png")]
+        preview: Option<Option<PathBuf>>,
     },
     /// Check the analytic Jacobian of a scene: Taylor remainders per block and term, and differences.
     Jacobian {
@@ -119,7 +122,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             let options = RunOptions { directory: Some(directory), command: command.join(" ") };
             run::run_scene(loaded, &options, run::Listening { quiet, solve_report, solve_log })
         }),
-        Command::Check { scene } => on_scene(&scene, check::check),
+        Command::Check { scene, preview } => {
+            let preview = preview.map(|path| path.unwrap_or_else(|| default_preview(&scene.scene)));
+            on_scene(&scene, |loaded| check::check(loaded, preview.as_deref()))
+        }
         Command::Jacobian { scene, json, export_tangent } => {
             on_scene(&scene, |loaded| jacobian::jacobian(loaded, json, export_tangent.as_deref()))
         }
@@ -165,6 +171,13 @@ fn on_scene(arguments: &SceneArguments, then: impl FnOnce(&Scene) -> u8 + Send) 
 /// `results/NAME` for `path/to/NAME.toml`.
 fn default_directory(scene: &std::path::Path) -> PathBuf {
     PathBuf::from("results").join(scene.file_stem().unwrap_or_default())
+}
+
+/// `NAME-preview.png` for `path/to/NAME.toml`.
+fn default_preview(scene: &std::path::Path) -> PathBuf {
+    let mut name = scene.file_stem().unwrap_or_default().to_owned();
+    name.push("-preview.png");
+    PathBuf::from(name)
 }
 
 /// Prints an error and returns its exit code.

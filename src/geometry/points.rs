@@ -130,30 +130,7 @@ impl<const D: usize> List<'_, D> {
     }
 
     fn refuse_duplicates(&mut self, spacing: f64) {
-        let edge = SAME * spacing;
-        let cell =
-            |position: &SVector<f64, D>| -> [i64; D] { std::array::from_fn(|axis| (position[axis] / edge) as i64) };
-        let mut cells: HashMap<[i64; D], usize> = HashMap::with_capacity(self.particles.positions.len());
-        let mut found = Vec::new();
-        for (index, position) in self.particles.positions.iter().enumerate() {
-            let home = cell(position);
-            // All cells around: two points on either side of a cell's border are still the same point.
-            let twin = (0..3_usize.pow(D as u32)).find_map(|code| {
-                let around: [i64; D] = std::array::from_fn(|axis| {
-                    home[axis].saturating_add((code / 3_usize.pow(axis as u32) % 3) as i64 - 1)
-                });
-                let other = *cells.get(&around)?;
-                ((self.particles.positions[other] - position).norm() <= edge).then_some(other)
-            });
-            match twin {
-                Some(other) => found.push((index, other)),
-                None => drop(cells.insert(home, index)),
-            }
-            if found.len() >= MOST_ERRORS {
-                break;
-            }
-        }
-        for (index, other) in found {
+        for (index, other) in repeated_points(&self.particles.positions, spacing) {
             let (line, twin) = (self.lines[index], self.lines[other]);
             self.error(line, 0, format!("the same point as in line {twin}"), "remove one of the two");
         }
@@ -167,6 +144,32 @@ impl<const D: usize> List<'_, D> {
         let length = field.trim().chars().count().max(1);
         self.errors.push(PointError { line, column: before + blank + 1, length, message, remedy: remedy.to_owned() });
     }
+}
+
+/// The first pairs of points that are the same at the scale of a spacing: the later one, and the earlier.
+pub fn repeated_points<const D: usize>(positions: &[SVector<f64, D>], spacing: f64) -> Vec<(usize, usize)> {
+    let edge = SAME * spacing;
+    let cell = |position: &SVector<f64, D>| -> [i64; D] { std::array::from_fn(|axis| (position[axis] / edge) as i64) };
+    let mut cells: HashMap<[i64; D], usize> = HashMap::with_capacity(positions.len());
+    let mut found = Vec::new();
+    for (index, position) in positions.iter().enumerate() {
+        let home = cell(position);
+        // All cells around: two points on either side of a cell's border are still the same point.
+        let twin = (0..3_usize.pow(D as u32)).find_map(|code| {
+            let around: [i64; D] =
+                std::array::from_fn(|axis| home[axis].saturating_add((code / 3_usize.pow(axis as u32) % 3) as i64 - 1));
+            let other = *cells.get(&around)?;
+            ((positions[other] - position).norm() <= edge).then_some(other)
+        });
+        match twin {
+            Some(other) => found.push((index, other)),
+            None => drop(cells.insert(home, index)),
+        }
+        if found.len() >= MOST_ERRORS {
+            break;
+        }
+    }
+    found
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 //! | frames (`.vtu`) and their index (`fields.pvd`) | [`Frame`], [`Series`] | every frame |
 //! | `history.csv`, `probes.csv` | [`Table`] | every row at once |
 //! | energies and probes against time (`.svg`, `.png`) | [`HistoryColumns`], [`ProbeColumns`], [`LinePlot`], [`PlotGrid`] | at the end |
+//! | a scene before it runs (`.svg`, `.png`) | [`Preview`] | when asked for |
 //! | still pictures of particles (`.svg`, `.png`) | [`ParticlePlot`] | when asked for |
 //! | tables of outcomes as pictures (`.svg`, `.png`) | [`Panels`] | when asked for |
 //! | `report.json` | [`Report`] | at the end, however it comes |
@@ -33,6 +34,7 @@ mod particle_sizes;
 mod particles;
 mod picture;
 mod plot;
+mod preview;
 mod pvd;
 mod quantity;
 mod render;
@@ -56,6 +58,7 @@ pub use html::HtmlReport;
 pub use panels::{Cell, Panel, Panels, Tone};
 pub use particles::{Extent, ParticlePlot};
 pub use plot::{LinePlot, LineSeries, PlotGrid, Style};
+pub use preview::{Hold, Preview};
 pub use pvd::Series;
 pub use quantity::Quantity;
 pub use render::{FrameChoice, Rendering};

@@ -15,6 +15,7 @@ use super::report_parts::{
     WallSeconds, number_or_null,
 };
 use super::{OutputError, write_atomically};
+use crate::setup::GeometryRecord;
 
 /// Name of the report inside the output directory.
 pub const REPORT_FILE: &str = "report.json";
@@ -38,6 +39,8 @@ pub struct Report {
     pub steps: Steps,
     /// Balancing of gradient weights, for every body that asked for it.
     pub balance: Vec<BalanceWork>,
+    /// What filling came to, for bodies cut out of a lattice or read from a file.
+    pub geometry: Vec<GeometryRecord>,
     /// Work of Newton's method.
     pub newton: NewtonWork,
     /// Work of the linear solver.
@@ -109,7 +112,8 @@ impl Report {
         ];
         let mut nulls = Vec::new();
         collect_nulls(&tree, String::new(), &mut nulls);
-        nulls.retain(|place| !meant.contains(&(place.as_str(), true)));
+        // Those of the geometry say that something is not known.
+        nulls.retain(|place| !meant.contains(&(place.as_str(), true)) && !place.starts_with("geometry."));
         Ok(nulls.into_iter().map(|place| format!("{place} is not a finite number and is reported as null")).collect())
     }
 }
@@ -142,7 +146,7 @@ mod tests {
         let tree: Value = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
         let mut top = keys(&tree);
         top.sort_unstable();
-        let promised = "angular_momentum_drift balance bottleneck energy errors explicit_step_limit linear linear_momentum_drift message \
+        let promised = "angular_momentum_drift balance bottleneck energy errors explicit_step_limit geometry linear linear_momentum_drift message \
                         newton particles probes provenance rate_evaluations status steps time_reached unknowns \
                         wall_seconds warnings";
         assert_eq!(top, promised.split_whitespace().collect::<Vec<_>>());

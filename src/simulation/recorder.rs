@@ -262,6 +262,7 @@ impl<const D: usize> Recorder<D> {
             particles: model.particles(),
             unknowns: prepared.unknowns(),
             steps: Steps { accepted: statistics.accepted, rejected: statistics.rejected.total() },
+            geometry: model.setup().geometry.clone(),
             balance: model.gradient().balance.iter().map(balance_work).collect(),
             newton: NewtonWork {
                 solves: totals.solves,

@@ -63,7 +63,7 @@ fn point_lists_with_mistakes() {
     std::fs::write(&cloud, "0,0\n1,0\n0,1\n").unwrap();
     assert!(set_up(scene, "scene.toml", folder.path(), &[]).is_ok());
     for (extra, phrase) in [
-        ("[[traction]]\nface = 'upper_x'\nvalue = [1, 0]\n", "is a list of points and has no faces"),
+        ("[[traction]]\nface = 'upper_x'\nvalue = [1, 0]\n", "has no faces: its boundary"),
         ("[[probe]]\nname = 'p'\nat = [0.5, 0.5]\n", "lies outside"),
         ("[initial]\nhydrostatic = { level = 1 }\n", "needs gravity"),
     ] {

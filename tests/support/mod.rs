@@ -77,5 +77,6 @@ pub fn setup<const D: usize>(particles: Particles<D>, spacing: f64, material: Ma
         stabilisation: None,
         probes: Vec::new(),
         exact: None,
+        geometry: Vec::new(),
     }
 }

@@ -1,16 +1,17 @@
 //! `[[body]]`: shapes and point lists to particles.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
 use nalgebra::SVector;
 
-use super::shapes::{Plan, Shape, plan};
+use super::shapes::{Filled, Plan, Shape, plan};
 use super::{material, name, stabilisation};
-use crate::geometry::{BoxLattice, stencil_volumes};
+use crate::geometry::{BoxLattice, Group, stencil_volumes};
 use crate::scene::document::{BodyText, Document, Spanned, VolumeText};
 use crate::scene::findings::{Findings, Span};
-use crate::setup::{Body, KernelChoice, Particles};
+use crate::setup::{Body, GeometryRecord, KernelChoice, Particles};
 
 /// Largest smoothing length over spacing: more only makes neighbours.
 const LARGEST_SMOOTHING: f64 = 10.0;
@@ -31,8 +32,12 @@ pub(super) struct Made<const D: usize> {
     pub upper: SVector<f64, D>,
     /// Whether it fills the region between the corners.
     pub is_box: bool,
-    /// Whether its boundary has sides with names.
+    /// Whether pieces of its boundary are known.
     pub has_faces: bool,
+    /// Groups of a file by name, in the numbers of all particles and faces.
+    pub groups: BTreeMap<String, Group>,
+    /// What filling came to, if the shape was not a plain one.
+    pub record: Option<GeometryRecord>,
 }
 
 impl<const D: usize> Made<D> {
@@ -51,6 +56,11 @@ impl<const D: usize> Bodies<D> {
     /// The bodies that were made.
     pub fn iter(&self) -> impl Iterator<Item = &Made<D>> {
         self.made.iter().flatten()
+    }
+
+    /// What filling came to.
+    pub fn records(&self) -> Vec<GeometryRecord> {
+        self.iter().filter_map(|made| made.record.clone()).collect()
     }
 
     /// The bodies for the set-up.
@@ -106,10 +116,19 @@ pub(super) fn make<const D: usize>(
         };
         let (is_box, spacing) = (shape.is_box(), shape.spacing());
         let lattice = shape.lattice().cloned();
-        let mut own = shape.particles();
+        let Filled { particles: mut own, mut groups, mut record, .. } = shape.filled();
         volumes(text, lattice, smoothing * spacing, &mut own, findings);
         let (lower, upper) = bounds(&own);
-        let has_faces = own.faces.iter().any(|face| face.side.is_some());
+        let has_faces = !own.faces.is_empty();
+        if let Some(record) = &mut record {
+            record.body.clone_from(name);
+            record.complete(&own.volumes, material.density);
+        }
+        let (first, first_face) = (particles.positions.len(), particles.faces.len());
+        for group in groups.values_mut() {
+            group.particles.iter_mut().for_each(|particle| *particle += first);
+            group.faces.iter_mut().for_each(|face| *face += first_face);
+        }
         let range = append(&mut particles, own);
         let body = Body {
             name: name.clone(),
@@ -123,7 +142,7 @@ pub(super) fn make<const D: usize>(
             volume_ratio: text.volume_ratio.as_ref().map(|choice| *choice.get_ref()).unwrap_or_default().into(),
             hourglass,
         };
-        made.push(Some(Made { body, lower, upper, is_box, has_faces }));
+        made.push(Some(Made { body, lower, upper, is_box, has_faces, groups, record }));
     }
     (Bodies { names, made }, particles)
 }

@@ -1,10 +1,17 @@
 //! `[[traction]]` and `body_force`.
 
+use std::collections::BTreeSet;
+
+use nalgebra::SVector;
+
 use super::{Context, name};
 use crate::expression::Expression;
 use crate::scene::checks::{padded, place};
-use crate::scene::document::{FieldList, Spanned, TractionText};
+use crate::scene::document::{FieldList, Spanned, TractionText, Vector};
 use crate::setup::Traction;
+
+/// Cosine of the largest angle between the normal of a piece and where it should face: 45°.
+const TOWARDS: f64 = 0.707;
 
 /// All tractions.
 pub(super) fn tractions<const D: usize>(context: &mut Context<'_, '_, D>) -> Vec<Traction<D>> {
@@ -24,26 +31,53 @@ fn traction<const D: usize>(
     text: &Spanned<TractionText>,
     own: String,
 ) -> Option<Traction<D>> {
+    let whole = text.span();
     let text = text.get_ref();
     let value = context.findings.fields::<D>(&text.value, "value");
     let bodies = context.bodies_named(text.body.as_ref());
-    let side = text.face.get_ref().side();
-    if side.axis >= D {
+    let side = text.face.as_ref().map(|face| (face.get_ref().side(), face.span()));
+    // Where the scene says which pieces are meant.
+    let span = [
+        side.as_ref().map(|(_, span)| span.clone()),
+        text.group.as_ref().map(Spanned::span),
+        text.facing.as_ref().map(Spanned::span),
+        text.select.as_ref().map(Spanned::span),
+    ];
+    let Some(span) = span.into_iter().flatten().next() else {
+        let remedy = "add `face = \"upper_x\"`, `group`, `facing = [1, 0]` or `select`";
+        context.findings.error(whole, format!("traction '{own}' does not say where it acts"), remedy);
+        return None;
+    };
+    if let Some((side, span)) = &side
+        && side.axis >= D
+    {
         let message = format!("a {D}-dimensional body has no such face");
         let names = ["lower_x, upper_x", "lower_y, upper_y", "lower_z, upper_z"][..D].join(", ");
-        context.findings.error(text.face.span(), message, format!("the faces are {names}"));
+        context.findings.error(span.clone(), message, format!("the faces are {names}"));
         return None;
     }
+    let facing = match &text.facing {
+        Some(facing) => Some(direction::<D>(facing, context)?),
+        None => None,
+    };
     let bodies = bodies?;
-    // A list of points has no faces. Without a named body, those that have some are meant.
+    // Without a named body, those whose boundary is known are meant.
     let without = bodies.iter().filter_map(|index| context.bodies.made[*index].as_ref()).find(|made| !made.has_faces);
     if let Some(made) = without
         && (text.body.is_some() || context.bodies.iter().all(|made| !made.has_faces))
     {
-        let message = format!("body '{}' is a list of points and has no faces", made.body.name);
-        context.findings.error(text.face.span(), message, "tractions need a body with a shape");
+        let message = format!("body '{}' has no faces: its boundary is not known", made.body.name);
+        let remedy = "tractions need a shape, a closed STL, a mesh, or points with `faces`";
+        context.findings.error(span, message, remedy);
         return None;
     }
+    let group = match &text.group {
+        Some(name) => {
+            let groups = context.groups_named(name.get_ref().trim(), &bodies, name)?;
+            Some(groups.iter().flat_map(|group| group.faces.iter().copied()).collect::<BTreeSet<usize>>())
+        }
+        None => None,
+    };
     let selected = match &text.select {
         Some(select) => Some(context.select(&format!("traction '{own}'"), &bodies, select)?),
         None => None,
@@ -57,19 +91,35 @@ fn traction<const D: usize>(
         .particles
         .faces
         .iter()
-        .filter(|face| face.side == Some(side) && ranges.iter().any(|range| range.contains(&face.particle)))
+        .enumerate()
+        .filter(|(index, _)| group.as_ref().is_none_or(|group| group.contains(index)))
+        .map(|(_, face)| face)
+        .filter(|face| side.as_ref().is_none_or(|(side, _)| face.side == Some(*side)))
+        .filter(|face| facing.is_none_or(|facing| face.normal.dot(&facing) >= TOWARDS))
+        .filter(|face| ranges.iter().any(|range| range.contains(&face.particle)))
         // The selection is in the order of the particles.
         .filter(|face| selected.as_ref().is_none_or(|selected| selected.binary_search(&face.particle).is_ok()))
         .map(|face| ((face.particle, face.area), face.point))
         .unzip();
     if areas.is_empty() && !context.bodies.incomplete() {
         let message = format!("traction '{own}' acts on no particle: none of the selected ones is on that face");
-        context.findings.error(text.face.span(), message, "widen `select`, or choose another face");
+        context.findings.error(span, message, "widen `select`, or choose another face");
         return None;
     }
     let value = value?;
     finite(context, &value, &text.value, "traction", areas.iter().map(|(particle, _)| *particle));
     Some(Traction { name: own, areas, points, value })
+}
+
+/// A unit vector.
+fn direction<const D: usize>(text: &Vector, context: &mut Context<'_, '_, D>) -> Option<SVector<f64, D>> {
+    let vector: SVector<f64, D> = context.findings.vector(text, "facing")?;
+    let largest = vector.amax();
+    if largest == 0.0 {
+        context.findings.error(text.span(), "the direction is zero", "give a direction, such as [1, 0]");
+        return None;
+    }
+    Some((vector / largest).normalize())
 }
 
 /// The body force; absent if it is zero everywhere and always.

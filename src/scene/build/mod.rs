@@ -5,10 +5,12 @@
 
 mod bodies;
 mod boundary;
+mod imports;
 mod initial;
 mod loads;
 mod material;
 mod observation;
+mod regions;
 mod selection;
 mod shapes;
 mod solid;
@@ -54,8 +56,10 @@ pub(super) fn build<const D: usize>(
     if context.findings.count() > before {
         return None;
     }
+    let geometry = context.bodies.records();
     Some(Setup {
         title: String::new(),
+        geometry,
         bodies: context.bodies.finished(),
         particles: context.particles,
         constraints: boundary.constraints,

@@ -4,6 +4,7 @@ use nalgebra::SVector;
 
 use super::{Context, suggest};
 use crate::expression::Expression;
+use crate::geometry::Group;
 use crate::scene::checks::{COORDINATES, padded, place};
 use crate::scene::document::{SelectText, Spanned, Text};
 use crate::scene::findings::Findings;
@@ -19,6 +20,7 @@ pub(super) enum Selector<const D: usize> {
     HalfSpace { point: SVector<f64, D>, normal: SVector<f64, D> },
     Box { lower: SVector<f64, D>, upper: SVector<f64, D> },
     Where(Expression),
+    Group(String),
 }
 
 impl<const D: usize> Selector<D> {
@@ -71,15 +73,16 @@ impl<const D: usize> Selector<D> {
                 }
                 Some(Self::Where(condition))
             }
+            SelectText::Group(name) => Some(Self::Group(name.get_ref().trim().to_owned())),
         }
     }
 
-    /// Whether a particle of a body of that size is meant; `carries` are the particles of the face, ascending.
+    /// Whether a particle of a body of that size is meant; `carries` are those of the face or group, ascending.
     fn holds(&self, particle: usize, position: &SVector<f64, D>, size: f64, carries: &[usize]) -> bool {
         let slack = TOLERANCE * size;
         match self {
             Self::All => true,
-            Self::Face(_) => carries.binary_search(&particle).is_ok(),
+            Self::Face(_) | Self::Group(_) => carries.binary_search(&particle).is_ok(),
             Self::HalfSpace { point, normal } => (position - point).dot(normal) >= -slack,
             Self::Box { lower, upper } => {
                 (0..D).all(|axis| position[axis] >= lower[axis] - slack && position[axis] <= upper[axis] + slack)
@@ -111,6 +114,12 @@ impl<const D: usize> Context<'_, '_, D> {
             carries.extend(faces.map(|face| face.particle));
             carries.sort_unstable();
         }
+        if let (Selector::Group(name), SelectText::Group(text)) = (&selector, text.get_ref()) {
+            for group in self.groups_named(name, bodies, text)? {
+                carries.extend(&group.particles);
+            }
+            carries.sort_unstable();
+        }
         let mut selected = Vec::new();
         for made in bodies.iter().filter_map(|index| self.bodies.made[*index].as_ref()) {
             let size = made.size();
@@ -136,11 +145,32 @@ impl<const D: usize> Context<'_, '_, D> {
         Some(selected)
     }
 
+    /// The groups of that name; `None` if there is none.
+    pub fn groups_named(&mut self, name: &str, bodies: &[usize], text: &Text) -> Option<Vec<Group>> {
+        let made = || bodies.iter().filter_map(|index| self.bodies.made[*index].as_ref());
+        let found: Vec<Group> = made().filter_map(|made| made.groups.get(name).cloned()).collect();
+        if found.is_empty() && bodies.iter().all(|index| self.bodies.made[*index].is_some()) {
+            let known: Vec<String> = made().flat_map(|made| made.groups.keys().cloned()).collect();
+            let remedy = if known.is_empty() {
+                "groups are those of a Gmsh file, `mesh = { file = … }`".to_owned()
+            } else {
+                suggest(name, &known)
+            };
+            self.findings.error(text.span(), format!("there is no group '{name}'"), remedy);
+            return None;
+        }
+        Some(found)
+    }
+
     /// Where the particles are, seen from a selector that holds none.
     fn why_empty(&self, selector: &Selector<D>, bodies: &[usize]) -> (String, String) {
         if let Selector::Face(_) = selector {
-            let reason = "the body is a list of points, which has no named faces".to_owned();
+            let reason = "no piece of its boundary lies in that side of its bounding box".to_owned();
             return (reason, "use `select.box`, `select.half_space` or `select.where`".to_owned());
+        }
+        if let Selector::Group(_) = selector {
+            let reason = "the group has none: particles in the cells carry groups of cells and of sides".to_owned();
+            return (reason, "give `mesh.particles = \"nodes\"`, or select by place".to_owned());
         }
         let positions = || {
             let made = bodies.iter().filter_map(|index| self.bodies.made[*index].as_ref());

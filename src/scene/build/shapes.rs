@@ -1,20 +1,19 @@
-//! The shapes of `[[body]]`, and lists of points.
+//! The shapes of `[[body]]`.
 
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
+use std::path::Path;
 
+use super::imports;
+use super::regions::{self, Cut};
 use crate::expression::Expression;
-use crate::geometry::{
-    BoxLattice, LatticeError, Layout, MapError, MappedLattice, PointError, RingLattice, adapt_volumes, enclosed,
-    read_faces, read_points,
-};
+use crate::geometry::{BoxLattice, Group, LatticeError, Layout, MapError, MappedLattice, RingLattice};
 use crate::model::Noise;
 use crate::scene::checks::{padded, place};
 use crate::scene::document::{
-    BodyText, LayoutText, LayoutsText, MappedBoxText, PerturbText, PointsText, RingText, ShapeText, Spanned, Text,
+    BodyText, LayoutText, LayoutsText, MappedBoxText, PerturbText, RingText, ShapeText, Spanned,
 };
-use crate::scene::errors::SceneError;
 use crate::scene::findings::{Findings, Span};
-use crate::setup::Particles;
+use crate::setup::{GeometryRecord, Particles};
 use crate::tensor::Vector;
 
 /// Change of a spacing, to make it divide the box, that is worth a warning.
@@ -30,8 +29,10 @@ pub(super) enum Plan<const D: usize> {
     Mapped(Mapping<D>),
     /// Rings, with the amount of a perturbation in spacings, and its seed.
     Ring(RingLattice, (f64, u64)),
-    /// A list with its nominal spacing, m.
-    Points(Particles<D>, f64),
+    /// A lattice that a region cuts out of.
+    Cut(Box<Cut<D>>),
+    /// Particles from a file.
+    Filled(Box<Filled<D>>),
 }
 
 /// What bends and shakes a lattice.
@@ -52,8 +53,19 @@ pub(super) enum Shape<const D: usize> {
     Mapped(MappedLattice<D>, bool),
     /// Rings, with amount and seed of a perturbation.
     Ring(RingLattice, (f64, u64)),
-    /// A list with its nominal spacing, m.
-    Points(Particles<D>, f64),
+    /// Particles that are there already.
+    Filled(Box<Filled<D>>),
+}
+
+/// Particles as they are, with what is known of them.
+pub(super) struct Filled<const D: usize> {
+    pub particles: Particles<D>,
+    /// Distance of neighbours, m.
+    pub spacing: f64,
+    /// Groups that a file names.
+    pub groups: BTreeMap<String, Group>,
+    /// What filling came to; its body and mass are not yet known.
+    pub record: Option<GeometryRecord>,
 }
 
 impl<const D: usize> Plan<D> {
@@ -63,7 +75,8 @@ impl<const D: usize> Plan<D> {
             Self::Lattice(lattice) => lattice.approximate_count(),
             Self::Mapped(mapping) => mapping.lattice.approximate_count(),
             Self::Ring(ring, _) => ring.approximate_count(),
-            Self::Points(particles, _) => particles.positions.len() as f64,
+            Self::Cut(cut) => cut.lattice.approximate_count(),
+            Self::Filled(filled) => filled.particles.positions.len() as f64,
         }
     }
 
@@ -73,7 +86,8 @@ impl<const D: usize> Plan<D> {
             Self::Lattice(lattice) => Some(Shape::Lattice(lattice)),
             Self::Mapped(mapping) => mapping.bent(findings),
             Self::Ring(ring, perturbation) => Some(Shape::Ring(ring, perturbation)),
-            Self::Points(particles, spacing) => Some(Shape::Points(particles, spacing)),
+            Self::Cut(cut) => cut.fill(findings).map(|filled| Shape::Filled(Box::new(filled))),
+            Self::Filled(filled) => Some(Shape::Filled(filled)),
         }
     }
 }
@@ -127,7 +141,7 @@ impl<const D: usize> Shape<D> {
             Self::Lattice(lattice) => lattice.mean_spacing(),
             Self::Mapped(mapped, _) => mapped.mean_spacing(),
             Self::Ring(ring, _) => ring.mean_spacing(),
-            Self::Points(_, spacing) => *spacing,
+            Self::Filled(filled) => filled.spacing,
         }
     }
 
@@ -137,21 +151,23 @@ impl<const D: usize> Shape<D> {
             Self::Lattice(lattice) => lattice.spacings().into_iter().fold(0.0, f64::max) / lattice.mean_spacing(),
             Self::Mapped(mapped, _) => mapped.longest_edge() / mapped.mean_spacing(),
             Self::Ring(ring, _) => ring.longest_edge() / ring.mean_spacing(),
-            Self::Points(..) => 1.0,
+            Self::Filled(_) => 1.0,
         }
     }
 
-    /// The particles.
-    pub fn particles(self) -> Particles<D> {
-        match self {
+    /// The particles, and what a file says of them.
+    pub fn filled(self) -> Filled<D> {
+        let spacing = self.spacing();
+        let particles = match self {
             Self::Lattice(lattice) => lattice.particles(),
             Self::Mapped(mapped, _) => mapped.particles(),
             Self::Ring(ring, (amount, seed)) => {
                 let mut noise = Noise::new(seed);
                 ring.particles(amount, || noise.next())
             }
-            Self::Points(particles, _) => particles,
-        }
+            Self::Filled(filled) => return *filled,
+        };
+        Filled { particles, spacing, groups: BTreeMap::new(), record: None }
     }
 }
 
@@ -162,50 +178,66 @@ pub(super) fn plan<const D: usize>(
     findings: &mut Findings<'_>,
 ) -> Option<Plan<D>> {
     let text = body.get_ref();
-    match (&text.shape, &text.points) {
-        (Some(shape), None) => {
-            let (lower, upper, map) = match shape.get_ref() {
-                ShapeText::Box(text) => (&text.lower, &text.upper, None),
-                ShapeText::MappedBox(text) => (&text.lower, &text.upper, Some(text)),
-                ShapeText::Ring(ring) => return self::ring(body, shape.span(), ring, findings),
-            };
-            let map = map.map(|text| self::map(text, findings));
-            let perturbation = text.perturb.as_ref().map(|text| perturbation(text, findings));
-            let lower = findings.vector::<D>(lower, "lower");
-            let upper = findings.vector::<D>(upper, "upper");
-            let lattice = lattice(body, shape.span(), lower?.into(), upper?.into(), findings)?;
-            if map.is_none() && perturbation.is_none() {
-                return Some(Plan::Lattice(lattice));
-            }
-            let map = map.map_or(Some(None), |map| map.map(Some))?;
-            let perturbation = perturbation.map_or(Some(None), |found| found.map(Some))?;
-            Some(Plan::Mapped(Mapping { lattice, map, perturbation, span: shape.span() }))
+    let given = [
+        text.shape.as_ref().map(Spanned::span),
+        text.points.as_ref().map(Spanned::span),
+        text.mesh.as_ref().map(Spanned::span),
+    ];
+    if let Some(span) = given.into_iter().flatten().nth(1) {
+        findings.error(span, "a body has one of shape, points and mesh", "remove the others");
+        return None;
+    }
+    if let Some(points) = &text.points {
+        surplus(text, "a list of points", "give it inside `points`", findings);
+        return imports::points(points.get_ref(), base, findings).map(|filled| Plan::Filled(Box::new(filled)));
+    }
+    if let Some(mesh) = &text.mesh {
+        surplus(text, "a mesh", "remove it: the mesh decides", findings);
+        return imports::mesh(mesh.get_ref(), base, findings).map(|filled| Plan::Filled(Box::new(filled)));
+    }
+    let Some(shape) = &text.shape else {
+        findings.error(
+            body.span(),
+            "the body has no shape",
+            "add `shape.box = { lower = …, upper = … }`, `points = { file = \"cloud.csv\", spacing = 0.1 }` or `mesh`",
+        );
+        return None;
+    };
+    let (lower, upper, map) = match (shape.get_ref(), &text.lattice) {
+        (ShapeText::Box(text), None) => (&text.lower, &text.upper, None),
+        (ShapeText::MappedBox(text), None) => (&text.lower, &text.upper, Some(text)),
+        (ShapeText::Ring(ring), None) => return self::ring(body, shape.span(), ring, findings),
+        (ShapeText::MappedBox(_) | ShapeText::Ring(_), Some(lattice)) => {
+            findings.error(lattice.span(), "this shape has a lattice of its own", "remove it");
+            return None;
         }
-        (None, Some(points)) => {
-            let surplus = [
-                (text.spacing.as_ref().map(Spanned::span), "spacing", "give it inside `points`"),
-                (text.counts.as_ref().map(Spanned::span), "counts", "remove it"),
-                (text.layout.as_ref().map(Spanned::span), "layout", "remove it"),
-                (text.perturb.as_ref().map(Spanned::span), "perturb", "remove it"),
-            ];
-            for (span, key, remedy) in surplus {
-                if let Some(span) = span {
-                    findings.error(span, format!("`{key}` belongs to lattices, not to a list of points"), remedy);
-                }
-            }
-            self::points(points.get_ref(), base, findings)
-        }
-        (Some(_), Some(points)) => {
-            findings.error(points.span(), "a body has either a shape or points", "remove one of the two");
-            None
-        }
-        (None, None) => {
-            findings.error(
-                body.span(),
-                "the body has no shape",
-                "add `shape.box = { lower = …, upper = … }` or `points = { file = \"cloud.csv\", spacing = 0.1 }`",
-            );
-            None
+        _ => return regions::cut(body, shape, base, findings).map(|cut| Plan::Cut(Box::new(cut))),
+    };
+    let map = map.map(|text| self::map(text, findings));
+    let perturbation = text.perturb.as_ref().map(|text| perturbation(text, findings));
+    let lower = findings.vector::<D>(lower, "lower");
+    let upper = findings.vector::<D>(upper, "upper");
+    let lattice = lattice(body, shape.span(), lower?.into(), upper?.into(), findings)?;
+    if map.is_none() && perturbation.is_none() {
+        return Some(Plan::Lattice(lattice));
+    }
+    let map = map.map_or(Some(None), |map| map.map(Some))?;
+    let perturbation = perturbation.map_or(Some(None), |found| found.map(Some))?;
+    Some(Plan::Mapped(Mapping { lattice, map, perturbation, span: shape.span() }))
+}
+
+/// Notes keys of lattices where there is none.
+fn surplus(text: &BodyText, what: &str, spacing: &str, findings: &mut Findings<'_>) {
+    let keys = [
+        (text.spacing.as_ref().map(Spanned::span), "spacing", spacing),
+        (text.counts.as_ref().map(Spanned::span), "counts", "remove it"),
+        (text.layout.as_ref().map(Spanned::span), "layout", "remove it"),
+        (text.perturb.as_ref().map(Spanned::span), "perturb", "remove it"),
+        (text.lattice.as_ref().map(Spanned::span), "lattice", "remove it"),
+    ];
+    for (span, key, remedy) in keys {
+        if let Some(span) = span {
+            findings.error(span, format!("`{key}` belongs to lattices, not to {what}"), remedy);
         }
     }
 }
@@ -367,71 +399,4 @@ fn lattice<const D: usize>(
         }
     }
     Some(lattice)
-}
-
-fn points<const D: usize>(text: &PointsText, base: &Path, findings: &mut Findings<'_>) -> Option<Plan<D>> {
-    let spacing = findings.positive(&text.spacing, "spacing");
-    let list = content(&text.file, base, findings);
-    let faces = text.faces.as_ref().map(|faces| content(faces, base, findings));
-    let (spacing, (path, list)) = (spacing?, list?);
-    let mut particles = match read_points::<D>(&list, spacing) {
-        Ok(particles) => particles,
-        Err(errors) => {
-            for error in errors {
-                findings.elsewhere(text.file.span(), in_file(&path, &list, error));
-            }
-            return None;
-        }
-    };
-    if let (Some(key), Some(found)) = (&text.faces, faces) {
-        let (path, list) = found?;
-        match read_faces(&list, &particles, spacing) {
-            Ok(faces) => particles.faces = faces,
-            Err(errors) => {
-                for error in errors {
-                    findings.elsewhere(key.span(), in_file(&path, &list, error));
-                }
-                return None;
-            }
-        }
-        let (volume, moment) = enclosed(&particles);
-        if volume <= 0.0 || volume.is_nan() {
-            let message = format!("the faces enclose a volume of {volume}");
-            findings.error(key.span(), message, "give every piece of the boundary its outward normal");
-            return None;
-        }
-        adapt_volumes(&mut particles, volume, &moment);
-    }
-    Some(Plan::Points(particles, spacing))
-}
-
-/// Text of a file beside the scene.
-fn content(file: &Text, base: &Path, findings: &mut Findings<'_>) -> Option<(PathBuf, String)> {
-    let path = base.join(file.get_ref());
-    match std::fs::read(&path).map(String::from_utf8) {
-        Ok(Ok(content)) => Some((path, content)),
-        Ok(Err(_)) => {
-            let message = format!("{} is not UTF-8 text", path.display());
-            findings.error(file.span(), message, "give a file of numbers separated by commas");
-            None
-        }
-        Err(error) => {
-            let message = format!("{} cannot be read: {error}", path.display());
-            findings.error(file.span(), message, "paths are sought from the folder of the scene file");
-            None
-        }
-    }
-}
-
-fn in_file(path: &Path, content: &str, error: PointError) -> SceneError {
-    let line = content.lines().nth(error.line.saturating_sub(1)).unwrap_or_default();
-    SceneError {
-        origin: path.display().to_string(),
-        line: Some(error.line),
-        column: Some(error.column),
-        source_line: Some(line.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect()),
-        length: error.length,
-        message: error.message,
-        remedy: error.remedy,
-    }
 }

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error, IntoDeserializer, SeqAccess, Visitor};
 use toml::Spanned;
 
-use super::{FieldList, HourglassText, MaterialText, Number, Text, Vector};
+use super::{FieldList, HalfSpaceText, HourglassText, MaterialText, Number, Text, Vector};
 use crate::geometry::Layout;
 use crate::setup::{CofactorChoice, KernelChoice, VolumeRatioChoice, WeightChoice};
 
@@ -20,6 +20,8 @@ pub(in crate::scene) struct BodyText {
     pub shape: Option<Spanned<ShapeText>>,
     pub perturb: Option<Spanned<PerturbText>>,
     pub points: Option<Spanned<PointsText>>,
+    pub mesh: Option<Spanned<MeshText>>,
+    pub lattice: Option<Spanned<LatticeText>>,
     #[serde(default)]
     pub kernel: KernelText,
     pub smoothing: Option<Number>,
@@ -39,6 +41,88 @@ pub(in crate::scene) enum ShapeText {
     Box(BoxText),
     MappedBox(MappedBoxText),
     Ring(RingText),
+    Disc(BallText),
+    Sphere(BallText),
+    Cylinder(CylinderText),
+    HalfSpace(HalfSpaceText),
+    Polygon(PolygonText),
+    Trapezoid(TrapezoidText),
+    Stl(StlText),
+    Union(Vec<Spanned<ShapeText>>),
+    Intersection(Vec<Spanned<ShapeText>>),
+    Difference(Vec<Spanned<ShapeText>>),
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a disc or a sphere, such as `{ centre = [0, 0], radius = 1 }`")]
+pub(in crate::scene) struct BallText {
+    pub centre: Vector,
+    pub radius: Number,
+    pub inner: Option<Number>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a cylinder or tube, such as `{ start = [0, 0, 0], end = [0, 0, 1], radius = 0.5 }`"
+)]
+pub(in crate::scene) struct CylinderText {
+    pub start: Vector,
+    pub end: Vector,
+    pub radius: Number,
+    pub inner: Option<Number>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a polygon, such as `{ corners = [[0, 0], [1, 0], [0, 1]] }`")]
+pub(in crate::scene) struct PolygonText {
+    pub corners: Spanned<Vec<Vector>>,
+    pub height: Option<Vector>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a trapezoid, such as `{ lower = [0, 0], base = 2, top = 1, rise = 1 }`")]
+pub(in crate::scene) struct TrapezoidText {
+    pub lower: Vector,
+    pub base: Number,
+    pub top: Number,
+    pub rise: Number,
+    pub offset: Option<Number>,
+    pub height: Option<Vector>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "an STL file, such as `{ file = \"bracket.stl\", scale = 0.001 }`")]
+pub(in crate::scene) struct StlText {
+    pub file: Text,
+    pub scale: Option<Number>,
+    pub shift: Option<Vector>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a Gmsh file, such as `{ file = \"part.msh\", particles = \"nodes\" }`")]
+pub(in crate::scene) struct MeshText {
+    pub file: Text,
+    #[serde(default)]
+    pub particles: MeshPointsText,
+    pub group: Option<Text>,
+    pub scale: Option<Number>,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::scene) enum MeshPointsText {
+    #[default]
+    Cells,
+    Nodes,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a lattice, such as `{ angle = 30 }`")]
+pub(in crate::scene) struct LatticeText {
+    pub angle: Option<Number>,
+    pub axis: Option<Vector>,
+    pub corner: Option<Vector>,
 }
 
 #[derive(Debug, Clone, Deserialize)]

@@ -36,7 +36,7 @@ pub(in crate::scene) struct BoundaryText {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(
     rename_all = "snake_case",
-    expecting = "a selection: `select = \"all\"`, `select.face`, `select.box`, `select.half_space` or `select.where`"
+    expecting = "a selection: `select = \"all\"`, `select.face`, `select.box`, `select.half_space`, `select.where` or `select.group`"
 )]
 pub(in crate::scene) enum SelectText {
     All,
@@ -44,6 +44,7 @@ pub(in crate::scene) enum SelectText {
     HalfSpace(HalfSpaceText),
     Box(BoxText),
     Where(Text),
+    Group(Text),
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -74,7 +75,9 @@ pub(in crate::scene) struct AxisMap {
 pub(in crate::scene) struct TractionText {
     pub name: Option<Text>,
     pub body: Option<Text>,
-    pub face: Spanned<FaceName>,
+    pub face: Option<Spanned<FaceName>>,
+    pub group: Option<Text>,
+    pub facing: Option<Vector>,
     pub select: Option<Spanned<SelectText>>,
     pub value: FieldList,
 }

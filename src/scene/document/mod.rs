@@ -13,11 +13,13 @@ use serde::Deserialize;
 pub(in crate::scene) use toml::Spanned;
 
 pub(in crate::scene) use body::{
-    BodyText, BoxText, LayoutText, LayoutsText, MappedBoxText, PerturbText, PointsText, RingText, ShapeText,
+    BallText, BodyText, BoxText, CylinderText, LatticeText, LayoutText, LayoutsText, MappedBoxText, MeshPointsText,
+    MeshText, PerturbText, PointsText, PolygonText, RingText, ShapeText, StlText, TrapezoidText,
     VolumeRatioText, VolumeText,
 };
 pub(in crate::scene) use conditions::{
-    AxisName, BoundaryText, ExactText, HydrostaticText, InitialText, ProbeMode, ProbeText, SelectText, TractionText,
+    AxisName, BoundaryText, ExactText, HalfSpaceText, HydrostaticText, InitialText, ProbeMode, ProbeText, SelectText,
+    TractionText,
 };
 pub(in crate::scene) use material::{
     HyperelasticText, LinearText, MaterialText, MooneyRivlinText, NearlyIncompressibleText, NeoHookeanText, SolidText,
