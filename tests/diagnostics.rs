@@ -56,7 +56,7 @@ fn the_log_has_every_step_with_its_history() {
             assert!((ratio / number(&after["contraction"]) - 1.0).abs() < 1e-12);
             assert_eq!((number(&after["step_length"]), after["trials"].as_u64()), (1.0, Some(1)));
             assert!(after["tangent"] == "every iteration" || after["tangent"] == "first", "{after}");
-            assert!(number(&after["forcing"]) > 0.0 && number(&after["linear_residual"]) < 1e-10);
+            assert!(number(&after["forcing"]) > 0.0 && number(&after["linear_residual"]) <= number(&after["forcing"]));
         }
         iterations += step["newton_iterations"].as_u64().unwrap();
         let causes = solve["work"]["factorisations"].as_object().unwrap();
@@ -126,7 +126,7 @@ fn the_table_has_a_line_per_step() {
     assert!(lines[2].trim_start().starts_with("1 ") && lines[2].contains("1 (first 1)"), "{text}");
     assert!(lines[4].contains("1 (new step 1)"), "{text}");
     assert!(lines[10].starts_with("8 steps, rejected tries 0"), "{text}");
-    assert!(lines[11].contains("new step 7") && lines[11].contains("LU"), "{text}");
+    assert!(lines[11].contains("new step 7") && lines[11].contains("LDLT"), "{text}");
 
     let (text, report) = table(&scene("step = 0.2\nminimum_step = 0.1\n[newton]\nmax_iterations = 1\n"));
     assert!(

@@ -213,7 +213,8 @@ fn multigrid_says_what_it_needs() {
     let mut model = Model::new(setup, Some(Unknowns::VelocityJacobian), None).expect("model");
     let state = model.initial_state().expect("state");
     model.begin_stage(0.0, 0.01, &state);
-    let y = vec![0.0; model.unknown_count()];
+    let mut y = vec![0.0; model.unknown_count()];
+    model.start_from(&state, &mut y);
     model.linearise(&y).expect("linearised");
     let preconditioner = Preconditioner::Multigrid(MultigridOptions::default());
     let krylov = KrylovOptions { preconditioner, operator: Operator::MatrixFree, ..Default::default() };

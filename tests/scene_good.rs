@@ -238,7 +238,7 @@ scheme = "tvd_rk2"
     assert_eq!(scene.title, "scene");
     assert_eq!(scene.time.step, StepChoice::Cfl(0.3));
     assert_eq!((scene.newton.line_search, scene.linear.solver), (LineSearch::Backtracking, SolverChoice::Auto));
-    assert_eq!((scene.output.interval, scene.output.fields.len()), (None, 7));
+    assert_eq!((scene.output.interval, scene.output.fields.len()), (None, 8));
     let (setup, warnings) = scene.setup::<1>().unwrap();
     assert!(warnings.is_empty());
     assert_eq!(setup.bodies[0].name, "body 1");

@@ -82,8 +82,9 @@ fn rough_pressures_are_announced() {
         let scene = Scene::parse(&scene, "scene.toml", Path::new("."), &[]).expect("readable");
         prepare::<2>(&scene).expect("possible").warnings.iter().any(|warning| warning.contains("nearly incompressible"))
     };
-    assert!(warned(0.49, "") && warned(0.4999, ""));
-    assert!(!warned(0.45, "") && !warned(0.4999, "hourglass = 0.1\n"));
+    let stiff = "hourglass = 3.0\n";
+    assert!(warned(0.49, stiff) && warned(0.4999, stiff));
+    assert!(!warned(0.45, stiff) && !warned(0.49, "") && !warned(0.4999, ""));
 }
 
 /// What only the whole scene shows to be impossible.

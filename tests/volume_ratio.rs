@@ -55,14 +55,16 @@ fn they_differ_by_the_time_error() {
     second_order("dam break", "dam-break", &[("time.end", "0.1"), coarse], &steps);
     second_order("dam break, J F⁻ᵀ", "dam-break", &[("time.end", "0.1"), coarse, evolved], &steps);
     let explicit = ("time.scheme", "tvd_rk2");
-    second_order("dam break, TVD-RK2", "dam-break", &[("time.end", "0.1"), coarse, explicit], &steps);
+    let shorter = steps.map(|step| 0.5 * step);
+    second_order("dam break, TVD-RK2", "dam-break", &[("time.end", "0.1"), coarse, explicit], &shorter);
 }
 
 #[test]
 fn they_agree_to_rounding_where_the_cofactor_does_not_change() {
     // One direction of motion: cof F : L is the rate of the determinant over a whole step, whatever its length.
     let [one, other] = CHOICES.map(|choice| {
-        let overrides = [("body.0.volume_ratio", choice), ("time.end", "0.5"), ("newton.relative_tolerance", "1e-13")];
+        let exactly = [("newton.relative_tolerance", "1e-13"), ("linear.solver", "lu")];
+        let overrides = [&[("body.0.volume_ratio", choice), ("time.end", "0.5")][..], &exactly].concat();
         last::<2>("piston-hyperelastic", &overrides)
     });
     let found = [distance(&one.0, &other.0), distance(&one.1, &other.1)];

@@ -5,16 +5,17 @@ use serde_json::Value;
 use super::{example, readable, run, table};
 
 /// The interface contract: keys of the report and of its groups.
-const PROMISED: [(&str, &str); 7] = [
+const PROMISED: [(&str, &str); 8] = [
     (
         "",
-        "angular_momentum_drift balance energy errors explicit_step_limit linear linear_momentum_drift message newton \
-         particles probes provenance rate_evaluations status steps time_reached unknowns wall_seconds warnings",
+        "angular_momentum_drift balance bottleneck energy errors explicit_step_limit geometry linear linear_momentum_drift \
+         message newton particles probes provenance rate_evaluations status steps time_reached unknowns wall_seconds warnings",
     ),
     ("steps", "accepted rejected"),
     ("newton", "failures iterations linearisations residual_evaluations solves"),
-    ("linear", "analyses factorisations fill iterations solver solves"),
-    ("wall_seconds", "assembly factorisation output rate setup solve total"),
+    ("linear", "analyses factorisations fill iterations reason solver solves"),
+    ("wall_seconds", "assembly factorisation integration ledger other output rate setup solve total"),
+    ("bottleneck", "hint part share"),
     ("energy", "dissipated final hourglass_max_fraction initial ledger_error max_relative_drift"),
     ("provenance", "command commit scene threads version"),
 ];
