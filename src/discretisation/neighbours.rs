@@ -101,11 +101,7 @@ impl Neighbourhood {
 }
 
 /// Adds the pairs of particles that share a cell and are not in each other's rows.
-fn add_missing<'a>(
-    offsets: &mut Vec<usize>,
-    neighbours: &mut Vec<u32>,
-    cells: impl IntoIterator<Item = &'a [u32]>,
-) {
+fn add_missing<'a>(offsets: &mut Vec<usize>, neighbours: &mut Vec<u32>, cells: impl IntoIterator<Item = &'a [u32]>) {
     let mut missing = Vec::new();
     for cell in cells {
         for &a in cell {

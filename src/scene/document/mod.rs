@@ -14,8 +14,8 @@ pub(in crate::scene) use toml::Spanned;
 
 pub(in crate::scene) use body::{
     BallText, BodyText, BoxText, CylinderText, LatticeText, LayoutText, LayoutsText, MappedBoxText, MeshPointsText,
-    MeshText, PerturbText, PointsText, PolygonText, RingText, ShapeText, StlText, TrapezoidText,
-    VolumeRatioText, VolumeText,
+    MeshText, PerturbText, PointsText, PolygonText, RingText, ShapeText, StlText, TrapezoidText, VolumeRatioText,
+    VolumeText,
 };
 pub(in crate::scene) use conditions::{
     AxisName, BoundaryText, ExactText, HalfSpaceText, HydrostaticText, InitialText, ProbeMode, ProbeText, SelectText,
