@@ -156,7 +156,8 @@ fn views_of_space_show_what_is_in_front() {
         scalars: vec![("heat", Cow::Borrowed(&[0.0, 0.5, 0.5, 0.5, 1.0])), ("volume", Cow::Borrowed(&[1.0; 5]))],
         vectors: Vec::new(),
         tensors: Vec::new(),
-        provenance: "{}",
+        // All on one line: only the scene tells that it is space.
+        provenance: "{\"scene\": \"dimension = 3\"}",
     }
     .write(&directory.path().join("fields-00000.vtu"), Precision::Single)
     .unwrap();
