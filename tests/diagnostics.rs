@@ -64,7 +64,8 @@ fn the_log_has_every_step_with_its_history() {
         assert_eq!((&step["tries"], &step["failed_solves"]), (&Value::Array(vec![]), &Value::Array(vec![])));
     }
     assert_eq!(iterations as usize, report.newton.iterations);
-    assert_eq!(factorisations as usize, report.linear.factorisations);
+    // The automatic solver may go on with a factor where Newton's method asks for a new one.
+    assert!(factorisations as usize >= report.linear.factorisations && report.linear.factorisations > 0);
     assert_eq!(lines[lines.len() - 1]["status"], "completed");
 }
 

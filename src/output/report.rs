@@ -40,6 +40,7 @@ pub struct Report {
     /// Balancing of gradient weights, for every body that asked for it.
     pub balance: Vec<BalanceWork>,
     /// What filling came to, for bodies cut out of a lattice or read from a file.
+    #[serde(default)]
     pub geometry: Vec<GeometryRecord>,
     /// Work of Newton's method.
     pub newton: NewtonWork,
