@@ -33,7 +33,7 @@ fn bodies() {
         (
             "counts = [4, 5]",
             "counts = [4, 5]\npoints = ▶{ file = \"a.csv\", spacing = 0.1 }",
-            "either a shape or points",
+            "one of shape, points and mesh",
             "remove",
         ),
         ("smoothing = 1.2", "smoothing = ▶0.5", "does not reach the neighbours", "at least 0.600"),
