@@ -35,7 +35,7 @@ const STALE: f64 = 1.3;
 /// Ratio of the ends of the interval that the smoother damps, per lattice spacing squared.
 const INTERVAL: f64 = 1.0;
 
-/// Settings of [multigrid](Preconditioner::Multigrid).
+/// Settings of [multigrid](super::Preconditioner::Multigrid).
 ///
 /// [`Preconditioner::Multigrid`]: super::Preconditioner::Multigrid
 #[derive(Debug, Clone, PartialEq)]
