@@ -6,13 +6,21 @@
 //! particle. Rows that a lattice repeats are no bytes: only the others are counted. All figures are the smallest of
 //! several; shares of bandwidth mean something only while nothing else uses the memory.
 //!
-//! Measured so far (one core of an EPYC "Turin", AVX2, small sizes that stay in the cache, other builds running; ns per
-//! particle and rate at 10³ particles; before: the sweeps of `model::evaluation`, which store a `Point` each):
+//! Measured (two quiet cores, AVX2; triad 36 GB/s with one thread, 50 with two; one thread, ns per particle and rate):
 //!
-//! | | neighbours | before, LTO off | row by row | repeated rows |
-//! |---|---|---|---|---|
-//! | 2D, linear law | 21 | 590 | 86 (perturbed lattice) | 44 |
-//! | 3D, linear law | 57 | 1540 | 250 | no run is long enough at 10³ |
+//! | | neighbours | 10³ | 10⁴ | 10⁵ | 10⁶ | share of the triad at 10⁶ | set-up in steps at 10⁶ |
+//! |---|---|---|---|---|---|---|---|
+//! | 2D lattice, linear law | 21 | 40 | 37 | 40 | 41 | 11 % of 162 B | 13 |
+//! | 2D lattice, hyperelastic | 21 | 39 | 37 | 42 | 40 | 11 % of 162 B | 7 |
+//! | 3D lattice, linear law | 57 | 189 | 716 | 312 | 222 | 4 % of 335 B | 20 |
+//! | 2D perturbed | 21 | 73 | 80 | 221 | 228 | 7 % of 580 B | 4 |
+//! | 3D perturbed | 57 | 205 | 829 | 1150 | 1210 | 5 % of 1990 B | 6 |
+//!
+//! Growth from 10³ to 10⁶: n^1.00 and n^1.02 on lattices, n^1.17 and n^1.26 on perturbed ones, whose tables outgrow the
+//! cache. Two threads at 10⁶: 1.9 times in 2D, 1.8 in 3D. Sharing rows took away most of the bytes (from 580 and 1990), so
+//! that a rate is bound by arithmetic and gathers; of the bytes of separate rows it would move 40 % and 25 % of the triad. In
+//! 3D short lattices (10⁴: 22 across) have runs too short to share: rows along the longest direction would be longer. The
+//! sweeps of `model::evaluation`, which store all of a `Point`, took 590 (2D) and 1540 ns (3D) at 10³ without LTO.
 //!
 //! Tried and lost: closures given to `pulp::Arch::dispatch` (what calls them is not inlined, and the loops were scalar:
 //! five times slower); iterators instead of indices in the innermost loops. Quick builds (`lto = "off"`, many units) do
