@@ -138,7 +138,7 @@ fn print(scene: &Scene, forecast: &Forecast, geometry: &[GeometryRecord], warnin
     println!("steps                {:.0}", forecast.steps);
     println!("explicit steps       {:.0}", (scene.time.end / forecast.explicit_step_limit).ceil());
     for record in geometry {
-        print_geometry(record);
+        print_geometry(record, scene.dimension());
     }
     for warning in warnings {
         println!("warning: {warning}");
@@ -146,14 +146,19 @@ fn print(scene: &Scene, forecast: &Forecast, geometry: &[GeometryRecord], warnin
 }
 
 /// What filling a body came to.
-fn print_geometry(record: &GeometryRecord) {
+fn print_geometry(record: &GeometryRecord, dimension: usize) {
+    let (volume_unit, mass_unit) = match dimension {
+        1 => ("m", "kg/m²"),
+        2 => ("m²", "kg/m"),
+        _ => ("m³", "kg"),
+    };
     println!("body '{}' ({})", record.body, record.source);
     println!(
-        "  volume, mass       {:.6e} m^D, {:.6e} kg in {} particles",
+        "  volume, mass       {:.6e} {volume_unit}, {:.6e} {mass_unit} in {} particles",
         record.volume, record.mass, record.particles
     );
     if let (Some(exact), Some(volume), Some(mass)) = (record.exact_volume, record.volume_error, record.mass_error) {
-        println!("  exact volume       {exact:.6e} m^D; cells are off by {volume:.1e}, the mass by {mass:.1e}");
+        println!("  exact volume       {exact:.6e} {volume_unit}; cells are off by {volume:.1e}, the mass by {mass:.1e}");
     }
     if let (Some(triangles), Some(open)) = (record.triangles, record.open_edges) {
         println!("  triangles          {triangles}, open edges {open}");
