@@ -158,7 +158,9 @@ fn print_geometry(record: &GeometryRecord, dimension: usize) {
         record.volume, record.mass, record.particles
     );
     if let (Some(exact), Some(volume), Some(mass)) = (record.exact_volume, record.volume_error, record.mass_error) {
-        println!("  exact volume       {exact:.6e} {volume_unit}; cells are off by {volume:.1e}, the mass by {mass:.1e}");
+        println!(
+            "  exact volume       {exact:.6e} {volume_unit}; cells are off by {volume:.1e}, the mass by {mass:.1e}"
+        );
     }
     if let (Some(triangles), Some(open)) = (record.triangles, record.open_edges) {
         println!("  triangles          {triangles}, open edges {open}");
