@@ -92,11 +92,16 @@ fn linearise<const D: usize>(model: &mut Model<D>, state: &[f64], step: f64) -> 
     Ok(model.linearise(&y)?)
 }
 
+/// Particle of every unknown.
+fn owners<const D: usize>(model: &Model<D>) -> Vec<usize> {
+    model.blocks().windows(2).enumerate().flat_map(|(a, b)| vec![a; b[1] - b[0]]).collect()
+}
+
 /// Critical step `2/ω` by the power method, s.
 fn critical_step<const D: usize>(model: &mut Model<D>, state: &[f64]) -> Result<f64, Failure> {
     let s = 1e-3;
     linearise(model, state, 2.0 * s)?;
-    let owner: Vec<usize> = model.blocks().windows(2).enumerate().flat_map(|(a, b)| vec![a; b[1] - b[0]]).collect();
+    let owner = owners(model);
     let mut v: Vec<f64> = (0..owner.len()).map(|i| (i as f64 * 1.3).sin()).collect();
     let mut product = vec![0.0; v.len()];
     let mut largest = 1.0;
@@ -108,6 +113,27 @@ fn critical_step<const D: usize>(model: &mut Model<D>, state: &[f64]) -> Result<
         largest = v.iter().map(|v| v * v).sum::<f64>().sqrt();
     }
     Ok(2.0 * s / (largest - 1.0_f64).sqrt())
+}
+
+/// A body at rest, and what its costs are measured in.
+struct Case<const D: usize> {
+    model: Model<D>,
+    state: Vec<f64>,
+    /// Time of a rate, s.
+    unit: f64,
+    /// Critical step, s.
+    critical: f64,
+}
+
+impl<const D: usize> Case<D> {
+    fn new(particles: f64, law: &str, smoothing: f64) -> Result<Self, Failure> {
+        let mut model = model::<D>(particles, law, smoothing)?;
+        let state = model.initial_state()?;
+        let mut rate = vec![0.0; state.len()];
+        let unit = smallest(5, || model.rate(0.0, &state, &mut rate).unwrap_or_default());
+        let critical = critical_step(&mut model, &state)?;
+        Ok(Self { model, state, unit, critical })
+    }
 }
 
 fn costs<const D: usize>(particles: f64, law: &str, smoothing: f64) -> Result<(), Failure> {
@@ -199,11 +225,7 @@ fn solvers() -> Vec<(&'static str, LinearSolverChoice)> {
 }
 
 fn iterations<const D: usize>(particles: f64, law: &str, smoothing: f64, only: &[String]) -> Result<(), Failure> {
-    let mut model = model::<D>(particles, law, smoothing)?;
-    let state = model.initial_state()?;
-    let mut rate = vec![0.0; state.len()];
-    let unit = smallest(5, || model.rate(0.0, &state, &mut rate).unwrap_or_default());
-    let critical = critical_step(&mut model, &state)?;
+    let Case { mut model, state, unit, critical } = Case::<D>::new(particles, law, smoothing)?;
     println!(
         "{D}D {} particles, {law}, h = {smoothing}; per cell: iterations to 1e-3 / 1e-8, set-up | both solves in rates",
         model.particles()
@@ -212,8 +234,7 @@ fn iterations<const D: usize>(particles: f64, law: &str, smoothing: f64, only: &
         print!("{name:>8}");
         for r in [1.0, 5.0, 20.0, 100.0, 1000.0] {
             linearise(&mut model, &state, r * critical)?;
-            let owner: Vec<usize> =
-                model.blocks().windows(2).enumerate().flat_map(|(a, b)| vec![a; b[1] - b[0]]).collect();
+            let owner = owners(&model);
             let b: Vec<f64> = (0..owner.len())
                 .map(|i| {
                     let noise = ((i as f64 * 12.9898).sin() * 43758.5453).fract();
@@ -243,11 +264,7 @@ fn iterations<const D: usize>(particles: f64, law: &str, smoothing: f64, only: &
 }
 
 fn steps<const D: usize>(particles: f64, law: &str, smoothing: f64, only: &[String]) -> Result<(), Failure> {
-    let mut model = model::<D>(particles, law, smoothing)?;
-    let state = model.initial_state()?;
-    let mut rate = vec![0.0; state.len()];
-    let unit = smallest(5, || model.rate(0.0, &state, &mut rate).unwrap_or_default());
-    let critical = critical_step(&mut model, &state)?;
+    let Case { mut model, state, unit, critical } = Case::<D>::new(particles, law, smoothing)?;
     println!(
         "{D}D {} particles, {law}: five Crank-Nicolson steps of 20 critical ones; rates per step, Newton and linear iterations",
         model.particles()

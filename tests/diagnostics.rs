@@ -40,7 +40,8 @@ fn number(value: &Value) -> f64 {
 
 #[test]
 fn the_log_has_every_step_with_its_history() {
-    let (lines, report) = logged(&scene("step = 0.05\n"));
+    // The automatic solver may go on with a factor where Newton's method asks for a new one; LU does as it is told.
+    let (lines, report) = logged(&scene("step = 0.05\n[linear]\nsolver = \"lu\"\n"));
     assert_eq!((&lines[0]["event"], &lines[lines.len() - 1]["event"]), (&"start".into(), &"end".into()));
     let steps = events(&lines, "step");
     assert_eq!((lines.len(), steps.len(), report.steps.accepted), (10, 8, 8));
@@ -56,7 +57,7 @@ fn the_log_has_every_step_with_its_history() {
             assert!((ratio / number(&after["contraction"]) - 1.0).abs() < 1e-12);
             assert_eq!((number(&after["step_length"]), after["trials"].as_u64()), (1.0, Some(1)));
             assert!(after["tangent"] == "every iteration" || after["tangent"] == "first", "{after}");
-            assert!(number(&after["forcing"]) > 0.0 && number(&after["linear_residual"]) <= number(&after["forcing"]));
+            assert!(number(&after["forcing"]) > 0.0 && number(&after["linear_residual"]) < 1e-10);
         }
         iterations += step["newton_iterations"].as_u64().unwrap();
         let causes = solve["work"]["factorisations"].as_object().unwrap();
@@ -64,8 +65,7 @@ fn the_log_has_every_step_with_its_history() {
         assert_eq!((&step["tries"], &step["failed_solves"]), (&Value::Array(vec![]), &Value::Array(vec![])));
     }
     assert_eq!(iterations as usize, report.newton.iterations);
-    // The automatic solver may go on with a factor where Newton's method asks for a new one.
-    assert!(factorisations as usize >= report.linear.factorisations && report.linear.factorisations > 0);
+    assert_eq!(factorisations as usize, report.linear.factorisations);
     assert_eq!(lines[lines.len() - 1]["status"], "completed");
 }
 
@@ -120,14 +120,14 @@ fn the_table_has_a_line_per_step() {
         let report = listen(scene, &mut table).report;
         (String::from_utf8(table.into_inner()).unwrap(), report)
     };
-    let (text, _) = table(&scene("step = 0.05\n[newton]\ntangent = \"modified\"\n"));
+    let (text, _) = table(&scene("step = 0.05\n[newton]\ntangent = \"modified\"\n[linear]\nsolver = \"lu\"\n"));
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines.len(), 2 + 8 + 2, "{text}");
     assert!(lines[1].contains("contraction") && lines[1].contains("factorisations"), "{text}");
     assert!(lines[2].trim_start().starts_with("1 ") && lines[2].contains("1 (first 1)"), "{text}");
     assert!(lines[4].contains("1 (new step 1)"), "{text}");
     assert!(lines[10].starts_with("8 steps, rejected tries 0"), "{text}");
-    assert!(lines[11].contains("new step 7") && lines[11].contains("LDLT"), "{text}");
+    assert!(lines[11].contains("new step 7") && lines[11].contains("LU"), "{text}");
 
     let (text, report) = table(&scene("step = 0.2\nminimum_step = 0.1\n[newton]\nmax_iterations = 1\n"));
     assert!(

@@ -49,10 +49,16 @@ fn the_beam_bends_as_published() {
             assert!((found[1] / reference[1] - 1.0).abs() < tolerance, "{name}, {across}: {found:?}");
             assert!((found[0] / reference[0] - 1.0).abs() < 4.0 * tolerance, "{name}, {across}: {found:?}");
         }
-        // Without control of the zero-energy modes the lattice is soft: 11.6 and 3.0 %.
-        let soft = [5, 9].map(|across| tip(name, &[("body.0.counts", &beam(across)), ("hourglass", "0.0")])[1]);
-        let errors = soft.map(|y| y / reference[1] - 1.0);
-        assert!(errors[0] > 0.07 && (0.02..0.035).contains(&errors[1]), "{errors:?}");
+        // Without control of the zero-energy modes the lattice is soft, that of cells by 11.6 and 3.0 %.
+        for (weights, most) in [("balanced", 0.03), ("cells", 0.035)] {
+            let soft = |across| {
+                let lattice = beam(across);
+                let overrides = [("body.0.counts", &*lattice), ("body.0.weights", weights), ("hourglass", "0.0")];
+                tip(name, &overrides)[1] / reference[1] - 1.0
+            };
+            let errors = [5, 9].map(soft);
+            assert!(errors[0] > 0.07 && errors[1] < most, "{name}, {weights}: {errors:?}");
+        }
     }
 }
 
@@ -83,23 +89,25 @@ fn nearly_incompressible_beams_neither_lock_nor_ring() {
         }
         // The control drives what the pressure needs to be smooth: 0.20 at ν = 0.49 and 0.43 at 0.4999 with α = 3. The
         // default follows μ/λ: 0.11 at 0.49; without control it is 0.04.
-        for (nu, hourglass, most) in [
-            ("0.45", "", 0.08),
-            ("0.49", "", 0.12),
-            ("0.4999", "", 0.12),
-            ("0.4999", "0.0", 0.05),
-            ("0.4999", "3.0", 0.5),
+        for (nu, hourglass, weights, most) in [
+            ("0.45", "", "cells", 0.08),
+            ("0.49", "", "cells", 0.12),
+            ("0.4999", "", "cells", 0.12),
+            ("0.4999", "0.0", "cells", 0.05),
+            ("0.4999", "0.0", "balanced", 0.04),
+            ("0.4999", "0.1", "balanced", 0.05),
+            ("0.4999", "3.0", "cells", 0.5),
         ] {
             let law = law(name, nu);
             let control = [("hourglass", hourglass)];
             let control = if hourglass.is_empty() { &[][..] } else { &control[..] };
-            let overrides = [("body.0.counts", &*beam(9)), weight, ("body.0.material", &law)];
-            let overrides = [&overrides[..], control].concat();
+            let lattice = [("body.0.counts", &*beam(9)), ("body.0.weights", weights)];
+            let overrides = [&lattice[..], &[weight, ("body.0.material", &law)], control].concat();
             let mut prepared = prepared::<2>("csm1", &overrides);
             march(&mut prepared, |_, _| {});
             let found = roughness(&prepared.model, &prepared.model.pressures(&prepared.state.values));
-            println!("{name}, ν = {nu}, hourglass = {hourglass}: roughness of the pressure {found:.3}");
-            assert!(found < most, "{name}, {nu}, {hourglass}: {found}");
+            println!("{name}, {weights}, ν = {nu}, hourglass = {hourglass}: roughness of the pressure {found:.3}");
+            assert!(found < most, "{name}, {weights}, {nu}, {hourglass}: {found}");
         }
     }
 }
@@ -138,14 +146,16 @@ fn first_trough(name: &str, overrides: &[(&str, &str)], at: [f64; 2]) -> (f64, f
 #[test]
 fn the_swinging_beam_turns_where_published() {
     let mut found = Vec::new();
-    for (across, weights, tolerance) in [(5, "balanced", 0.003), (5, "cells", 0.023), (9, "cells", 0.007)] {
+    for (across, weights, tolerance, later) in
+        [(5, "balanced", 0.003, 0.004), (5, "cells", 0.023, 0.008), (9, "cells", 0.007, 0.004)]
+    {
         let (counts, weights) = (beam(across), format!("\"{weights}\""));
         let overrides =
             [("body.0.counts", &*counts), ("body.0.weights", &*weights), ("time.end", "0.5"), ("time.step", "0.01")];
         let (time, depth) = first_trough("csm3", &overrides, [0.6, 0.2]);
         println!("CSM3, {across} across, {weights}: {depth} m at {time} s");
         assert!((depth / -129.64e-3 - 1.0).abs() < tolerance, "{across}, {weights}: {depth}");
-        assert!((time - 0.457).abs() < 0.008, "{across}, {weights}: {time}");
+        assert!((time - 0.457).abs() < later, "{across}, {weights}: {time}");
         found.push(depth);
     }
     assert!(found[1] < found[2] && found[2] < -129.64e-3, "from one side: {found:?}");

@@ -62,11 +62,8 @@ impl BiCgStab {
         let mut relative = residual(action, b, x, &mut self.residual) / scale;
         let mut fruitless = 0;
         for start in 0..STARTS {
-            if !relative.is_finite() {
-                return Outcome { iterations, relative_residual: relative, stop: Stop::NotFinite };
-            }
-            if start == 0 && relative <= limits.tolerance {
-                return Outcome { iterations, relative_residual: relative, stop: Stop::Converged };
+            if let Some(outcome) = Outcome::at_start(iterations, relative, limits) {
+                return outcome;
             }
             self.choose_shadow(fruitless, start);
             self.best.copy_from_slice(x);

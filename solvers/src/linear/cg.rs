@@ -4,12 +4,9 @@
 //! definite. A direction with `pᵀ A p ≤ 0` proves that `A` is not, and ends the iteration: for a
 //! structure it means loss of stability. Hestenes & Stiefel (1952); Saad (2003), algorithm 9.1.
 
-use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, misses, residual};
+use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, residual};
 use crate::vector::{axpy, dot, norm};
 
-/// When the residual of the recursion has converged but the true one has not, the iteration starts
-/// again from the true one, as long as that still shrinks to this fraction.
-const RESTART_PROGRESS: f64 = 0.5;
 /// `‖A p‖` below this fraction of the largest `‖A p‖ / ‖p‖` seen counts as `A p = 0`.
 const NULL: f64 = 1e-14;
 
@@ -41,22 +38,17 @@ impl Cg {
         let mut largest = 0.0_f64;
         let mut relative = residual(action, b, x, &mut self.residual) / scale;
         loop {
-            let begin = relative;
-            let stop = match () {
-                () if !relative.is_finite() => Some(Stop::NotFinite),
-                () if relative <= limits.tolerance => Some(Stop::Converged),
-                () => self.sequence(action, inverse, x, limits, scale, &mut iterations, &mut largest),
-            };
-            if stop == Some(Stop::Converged) {
-                return Outcome { iterations, relative_residual: relative, stop: Stop::Converged };
+            if let Some(outcome) = Outcome::at_start(iterations, relative, limits) {
+                return outcome;
             }
+            let begin = relative;
+            let stop = self.sequence(action, inverse, x, limits, scale, &mut iterations, &mut largest);
             relative = residual(action, b, x, &mut self.residual) / scale;
             if let Some(stop) = stop {
                 return Outcome { iterations, relative_residual: relative, stop };
             }
-            if misses(relative, limits.tolerance) && misses(relative, RESTART_PROGRESS * begin) {
-                let stop = if relative.is_finite() { Stop::Limit } else { Stop::NotFinite };
-                return Outcome { iterations, relative_residual: relative, stop };
+            if let Some(outcome) = Outcome::stalled(iterations, relative, begin, limits) {
+                return outcome;
             }
         }
     }

@@ -57,11 +57,8 @@ impl Gmres {
         let mut iterations = 0;
         let mut relative = residual(action, b, x, &mut self.residual) / scale;
         loop {
-            if !relative.is_finite() {
-                return Outcome { iterations, relative_residual: relative, stop: Stop::NotFinite };
-            }
-            if relative <= limits.tolerance {
-                return Outcome { iterations, relative_residual: relative, stop: Stop::Converged };
+            if let Some(outcome) = Outcome::at_start(iterations, relative, limits) {
+                return outcome;
             }
             if iterations >= limits.max_iterations {
                 return Outcome { iterations, relative_residual: relative, stop: Stop::Limit };

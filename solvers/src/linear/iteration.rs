@@ -63,6 +63,32 @@ pub(super) struct Outcome {
     pub(super) stop: Stop,
 }
 
+/// Iterations start again from the true residual as long as that still shrinks to this fraction.
+const RESTART_PROGRESS: f64 = 0.5;
+
+impl Outcome {
+    /// The outcome where there is nothing to do from a residual, or nothing that can be done.
+    pub(super) fn at_start(iterations: usize, relative: f64, limits: Limits) -> Option<Self> {
+        let stop = match () {
+            () if !relative.is_finite() => Stop::NotFinite,
+            () if relative <= limits.tolerance => Stop::Converged,
+            () => return None,
+        };
+        Some(Self { iterations, relative_residual: relative, stop })
+    }
+
+    /// The outcome where the residual of a recursion has converged, and the true one neither has nor gets smaller by
+    /// starting again.
+    pub(super) fn stalled(iterations: usize, relative: f64, before: f64, limits: Limits) -> Option<Self> {
+        let stop = if relative.is_finite() { Stop::Limit } else { Stop::NotFinite };
+        (misses(relative, limits.tolerance) && misses(relative, RESTART_PROGRESS * before)).then_some(Self {
+            iterations,
+            relative_residual: relative,
+            stop,
+        })
+    }
+}
+
 /// Whether a residual is not below a bound. NaN on either side misses.
 pub(super) fn misses(residual: f64, bound: f64) -> bool {
     residual.partial_cmp(&bound).is_none_or(|order| order.is_gt())

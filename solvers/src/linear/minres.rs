@@ -8,8 +8,6 @@
 use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, misses, residual};
 use crate::vector::{axpy, dot, norm};
 
-/// Iterations start again from the true residual as long as that still shrinks to this fraction.
-const RESTART_PROGRESS: f64 = 0.5;
 /// A rotation this small against the largest stretch seen means `A v = 0`.
 const NULL: f64 = 1e-14;
 
@@ -43,11 +41,8 @@ impl Minres {
         let mut iterations = 0;
         let mut relative = residual(action, b, x, &mut self.residual) / scale;
         loop {
-            if !relative.is_finite() {
-                return Outcome { iterations, relative_residual: relative, stop: Stop::NotFinite };
-            }
-            if relative <= limits.tolerance {
-                return Outcome { iterations, relative_residual: relative, stop: Stop::Converged };
+            if let Some(outcome) = Outcome::at_start(iterations, relative, limits) {
+                return outcome;
             }
             let begin = relative;
             let stop = self.sequence(action, inverse, x, limits, scale, &mut iterations);
@@ -56,9 +51,8 @@ impl Minres {
                 let stop = if relative.is_finite() { stop } else { Stop::NotFinite };
                 return Outcome { iterations, relative_residual: relative, stop };
             }
-            if misses(relative, limits.tolerance) && misses(relative, RESTART_PROGRESS * begin) {
-                let stop = if relative.is_finite() { Stop::Limit } else { Stop::NotFinite };
-                return Outcome { iterations, relative_residual: relative, stop };
+            if let Some(outcome) = Outcome::stalled(iterations, relative, begin, limits) {
+                return outcome;
             }
         }
     }
