@@ -8,8 +8,8 @@ use nicolson::scene::Scene;
 use nicolson::setup::*;
 use nicolson::simulation::prepare;
 use nicolson_solvers::linear::{
-    CoarseMatrix, KrylovOptions, LinearError, LinearSolverChoice, MultigridOptions, Operator, Preconditioner,
-    SparseMatrix, Tangent, Tents,
+    AutomaticOptions, CoarseMatrix, KrylovOptions, LinearError, LinearSolver, LinearSolverChoice, MultigridOptions,
+    Operator, Preconditioner, SparseMatrix, Tangent, Tents,
 };
 use nicolson_solvers::nonlinear::NonlinearProblem;
 use nicolson_solvers::time::StageSystem;
@@ -205,6 +205,55 @@ fn a_scene_runs_without_entries_and_agrees_with_the_direct_solver() {
             }
         }
     }
+}
+
+/// Twelve loads one after the other, as in steps of a run; the solver and its number of iterations in each.
+fn solve_automatically(model: &Model<3>, options: AutomaticOptions) -> (Box<dyn LinearSolver>, Vec<usize>) {
+    let mut solver = LinearSolverChoice::Automatic(options).build();
+    let mut iterations = Vec::new();
+    for load in 0..12 {
+        let b: Vec<f64> = (0..model.size()).map(|i| ((i + 7 * load) as f64 * 0.7).sin()).collect();
+        let mut x = vec![0.0; b.len()];
+        solver.prepare(model).unwrap_or_else(|e| panic!("{e}"));
+        iterations.push(solver.solve(model, &b, &mut x, 1e-6).unwrap_or_else(|e| panic!("{e}")).iterations);
+        let mut product = vec![0.0; b.len()];
+        model.apply(&x, &mut product);
+        assert!(deviation(&product, &b) < 1e-5, "{:?}", solver.info());
+    }
+    (solver, iterations)
+}
+
+#[test]
+fn auto_turns_to_multigrid_for_long_steps_and_stays_with_block_jacobi_for_short_ones() {
+    // A factor of this block would cost more than some hundred iterations.
+    let block = |shift| linearised([14, 14, 14], Material::solid(1000.0, NEO, Transverse::Strain), shift);
+    let (short, long) = (block(0.005), block(1.0));
+    let (solver, iterations) = solve_automatically(&short, AutomaticOptions::default());
+    let info = solver.info();
+    assert!(info.name.starts_with("CG + block Jacobi"), "{info:?} {iterations:?}");
+    assert!(iterations.iter().all(|&k| k < 20), "{iterations:?}");
+
+    let (solver, iterations) = solve_automatically(&long, AutomaticOptions::default());
+    let info = solver.info();
+    assert_eq!(info.name, "CG + additive multigrid", "{info:?} {iterations:?}");
+    assert!(info.reason.contains("iterations with block Jacobi were not enough"), "{info:?}");
+    let last = iterations[11];
+    assert!(last < 60, "{iterations:?}");
+    // Block Jacobi alone.
+    let krylov = KrylovOptions { operator: Operator::MatrixFree, ..Default::default() };
+    let mut jacobi = LinearSolverChoice::Cg { krylov }.build();
+    let b: Vec<f64> = (0..long.size()).map(|i| (i as f64 * 0.7).sin()).collect();
+    jacobi.prepare(&long).expect("prepared");
+    let alone = jacobi.solve(&long, &b, &mut vec![0.0; b.len()], 1e-6).expect("solved").iterations;
+    assert!(alone > 2 * last, "{alone} {last}");
+    // Coarse matrices and tents were made once, and nobody asked for entries.
+    assert!(!short.has_pattern() && !long.has_pattern());
+
+    // An equilibrium takes multigrid at once, or a factor where that is cheap.
+    let direct = AutomaticOptions { direct: true, ..AutomaticOptions::default() };
+    let (solver, _) = solve_automatically(&long, direct.clone());
+    let info = solver.info();
+    assert!(info.name.contains("LDLT") && info.reason.contains("ill-conditioned"), "{info:?}");
 }
 
 #[test]
