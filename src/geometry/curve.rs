@@ -66,7 +66,7 @@ mod tests {
             positions: (0..n).map(place).collect(),
             volumes: (0..n).map(|k| k as f64).collect(),
             kernel_volumes: (0..n).map(|k| 2.0 * k as f64).collect(),
-            faces: vec![Face { particle: 17, normal: Vector::x(), area: 1.0, point: place(17) }],
+            faces: vec![Face { particle: 17, normal: Vector::x(), area: 1.0, point: place(17), side: None }],
             cells: vec![0, 1, side as u32, side as u32 + 1],
         }
     }
