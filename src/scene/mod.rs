@@ -34,13 +34,13 @@ mod build;
 mod checks;
 mod document;
 mod errors;
-mod findings;
+pub(crate) mod findings;
 mod messages;
 mod numerics;
 mod overrides;
 mod read;
 pub mod settings;
-mod source;
+pub(crate) mod source;
 mod times;
 
 use std::path::{Path, PathBuf};
