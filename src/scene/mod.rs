@@ -36,13 +36,13 @@ mod document;
 mod difference;
 mod errors;
 mod files;
-mod findings;
+pub(crate) mod findings;
 mod messages;
 mod numerics;
 mod overrides;
 mod read;
 pub mod settings;
-mod source;
+pub(crate) mod source;
 mod times;
 
 use std::path::{Path, PathBuf};
