@@ -45,6 +45,16 @@ impl Iterating {
         Self { possible, ..Self::default() }
     }
 
+    /// For checkpoints.
+    pub(super) fn to_numbers(self) -> [f64; 4] {
+        let flag = |flag: bool| f64::from(u8::from(flag));
+        [flag(self.possible), flag(self.multigrid), self.surplus, self.pace]
+    }
+
+    pub(super) fn from_numbers([possible, multigrid, surplus, pace]: [f64; 4]) -> Self {
+        Self { possible: possible != 0.0, multigrid: multigrid != 0.0, surplus, pace }
+    }
+
     pub(super) fn is_multigrid(&self) -> bool {
         self.multigrid
     }

@@ -55,10 +55,14 @@ impl Automatic {
     }
 
     pub(super) fn factor_generally(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
-        self.lu.get_or_insert_with(|| Direct::new(Box::new(LuFactors::new()))).prepare(tangent)
+        self.lu().prepare(tangent)
     }
 
-    fn krylov(&mut self, tangent: &dyn Tangent) -> &mut Krylov {
+    pub(super) fn lu(&mut self) -> &mut Direct {
+        self.lu.get_or_insert_with(|| Direct::new(Box::new(LuFactors::new())))
+    }
+
+    pub(super) fn krylov(&mut self, tangent: &dyn Tangent) -> &mut Krylov {
         let symmetric = tangent.symmetry() != Symmetry::General;
         let AutomaticOptions { restart, max_iterations, .. } = self.options;
         let multigrid = self.iterating.is_multigrid();
