@@ -9,11 +9,11 @@
 //! (`iterations 3 10000 100000`, no stabilisation, from 1 to 1000 critical steps).
 
 /// Price of multigrid's set-up: the coarse matrices and their factor, 12 products for the smoother.
-const SETUP: f64 = 60.0;
+const SETUP: f64 = 40.0;
 /// Iterations with multigrid per digit of the solution: 18 to 1e-3, 46 to 1e-8.
 const PER_DIGIT: f64 = 6.0;
 /// Price of an iteration with multigrid.
-const WEIGHT: f64 = 1.3;
+const WEIGHT: f64 = 1.2;
 /// Equilibria may be worse conditioned than the longest step, by this factor.
 const MARGIN: f64 = 3.0;
 
