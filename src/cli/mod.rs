@@ -11,6 +11,7 @@ mod plot;
 mod render;
 mod report;
 mod run;
+mod schema;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -83,6 +84,8 @@ enum Command {
     Plot(plot::PlotArguments),
     /// Write one HTML file that shows a run: ledger, convergence, histories, particles in motion. Works offline.
     Report(report::ReportArguments),
+    /// Print the JSON Schema of scenes, with which editors complete and check keys.
+    Schema(schema::SchemaArguments),
     /// List schemes, solvers, laws and kernels, and the scenes of a directory.
     List {
         /// Directory with scene files.
@@ -132,6 +135,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Render(arguments) => render::render(arguments),
         Command::Plot(arguments) => plot::plot(arguments),
         Command::Report(arguments) => report::report(arguments),
+        Command::Schema(arguments) => schema::schema(&arguments),
         Command::List { directory } => list::list(&directory),
     }
 }
