@@ -119,7 +119,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     match parsed.command {
         Command::Run { scene, out, quiet, solve_report, solve_log } => on_scene(&scene, |loaded| {
             let directory = out.unwrap_or_else(|| default_directory(&scene.scene));
-            let options = RunOptions { directory: Some(directory), command: command.join(" ") };
+            let options =
+                RunOptions { directory: Some(directory), command: command.join(" "), ..RunOptions::default() };
             run::run_scene(loaded, &options, run::Listening { quiet, solve_report, solve_log })
         }),
         Command::Check { scene, preview } => {

@@ -14,7 +14,9 @@ mod ledger;
 mod preload;
 mod prepare;
 mod probes;
+mod problem;
 mod recorder;
+mod rows;
 mod tangent;
 
 use std::path::PathBuf;
@@ -29,7 +31,9 @@ pub use comparison::errors as exact_errors;
 pub use ledger::{Entry, Ledger, Summary};
 pub use prepare::{Forecast, Prepared, prepare};
 pub use probes::Gauge;
+pub use problem::StepProblem;
 use recorder::Recorder;
+pub use rows::Rows;
 pub use tangent::first_tangent;
 
 use crate::model::ModelError;
@@ -43,6 +47,8 @@ pub struct RunOptions {
     pub directory: Option<PathBuf>,
     /// Command line, for the provenance.
     pub command: String,
+    /// Whether the rows of `history.csv` and `probes.csv` also come back in the [`Outcome`].
+    pub keep_rows: bool,
 }
 
 /// Why a run could not begin, or could not write.
@@ -147,6 +153,10 @@ pub struct Outcome {
     pub report: Report,
     /// Final state `[u | v | J]`.
     pub state: Vec<f64>,
+    /// The rows of `history.csv`; empty unless [`RunOptions::keep_rows`].
+    pub history: Rows,
+    /// The rows of `probes.csv`; empty unless [`RunOptions::keep_rows`].
+    pub probes: Rows,
 }
 
 /// Runs a scene on the present rayon pool.
@@ -233,5 +243,6 @@ fn run_in<const D: usize>(
     let report = recorder.close(&prepared, status, message, &clocks)?;
     report.warnings[told..].iter().for_each(|warning| monitor.warned(warning));
     monitor.finished(&report);
-    Ok(Outcome { report, state: prepared.state.values })
+    let (history, probes) = recorder.take_rows();
+    Ok(Outcome { report, state: prepared.state.values, history, probes })
 }
