@@ -14,7 +14,7 @@ import nicolson
 @pytest.fixture
 def heavy(solid):
     """One step of it takes seconds."""
-    solid.update({"body.0.counts": [240, 192], "time.step": 0.002, "linear.solver": "lu"})
+    solid.update({"body.0.counts": [120, 96], "time.step": 0.002, "linear.solver": "lu"})
     return solid
 
 
