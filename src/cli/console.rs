@@ -21,6 +21,29 @@ pub fn complain(message: &str) {
     eprintln!("error: {message}");
 }
 
+/// A time for people: `8 s`, `12 min 5 s`, `3 h 40 min`, `2 d 5 h`.
+pub fn duration(seconds: f64) -> String {
+    if !seconds.is_finite() {
+        return "?".to_owned();
+    }
+    if seconds < 9.95 {
+        return format!("{seconds:.1} s");
+    }
+    let whole = seconds.round() as u64;
+    let (days, hours, minutes, rest) = (whole / 86_400, whole / 3600 % 24, whole / 60 % 60, whole % 60);
+    match (days, hours, minutes) {
+        (0, 0, 0) => format!("{rest} s"),
+        (0, 0, _) => format!("{minutes} min {rest} s"),
+        (0, _, _) => format!("{hours} h {minutes} min"),
+        _ => format!("{days} d {hours} h"),
+    }
+}
+
+/// Prints a warning.
+pub fn warn(message: &str) {
+    eprintln!("warning: {message}");
+}
+
 /// Progress and summary of a run: a bar on a terminal, a plain line every few seconds elsewhere.
 pub struct Console {
     quiet: bool,
@@ -70,6 +93,9 @@ impl Monitor for Console {
             "{}: {} particles{unknowns}, {} to t = {} s (explicit limit Δt = {:.3e} s)",
             plan.title, plan.particles, plan.scheme, plan.end, plan.explicit_step_limit
         );
+        if let Some((steps, time)) = plan.resumed {
+            eprintln!("going on from step {steps} at t = {time} s");
+        }
         if self.shows_progress && std::io::stderr().is_terminal() {
             let bar = ProgressBar::new(1000);
             if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {

@@ -149,7 +149,8 @@ pub fn run(
     threads: Option<usize>,
 ) -> PyResult<RunResult> {
     let pool = work::pool(threads).map_err(|trouble| trouble.raise(py))?;
-    let options = RunOptions { directory: out.clone(), command: "nicolson.run".into(), keep_rows: true };
+    let options =
+        RunOptions { directory: out.clone(), command: "nicolson.run".into(), keep_rows: true, ..RunOptions::default() };
     let (inner, stop) = (&scene.inner, AtomicBool::new(false));
     let listens = callback.is_some();
     let tell = |py: Python<'_>, heard: Heard| -> PyResult<bool> {
