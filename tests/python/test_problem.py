@@ -159,12 +159,14 @@ def test_matrix_and_action_agree(simulation):
 def test_residual_is_differentiable_with_this_tangent(simulation):
     y, direction = somewhere(simulation)
     start, slope = simulation.residual(y), simulation.tangent_matvec(y, direction)
-    steps = np.array([1.0, 0.5, 0.25, 0.125]) * (0.02 if "Crank" in simulation.scheme and simulation.mass.size > 60 else 1)
+    # The limiter of the upwinding bends within small jumps of a pair.
+    scale = 0.01 if simulation.mass.size > simulation.free.sum() else 1.0
+    steps = scale * np.array([1.0, 0.5, 0.25, 0.125])
     remainders = [np.linalg.norm(simulation.residual(y + e * direction) - start - e * slope) for e in steps]
     orders = np.log2(np.array(remainders[:-1]) / remainders[1:])
     assert np.all(np.abs(orders - 2) < 0.1), orders
     # The test can fail: a tangent from elsewhere leaves a first-order remainder.
-    wrong = simulation.tangent_matvec(y + 20 * direction, direction)
+    wrong = simulation.tangent_matvec(y + 3 * direction, direction)
     first = [np.linalg.norm(simulation.residual(y + e * direction) - start - e * wrong) for e in steps[-2:]]
     assert np.log2(first[0] / first[1]) < 1.5
 
