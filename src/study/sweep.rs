@@ -212,6 +212,7 @@ fn one(
             threads: options.threads,
             scene: ready.scene.text().into(),
             command: options.command.clone(),
+            parent_checkpoint: String::new(),
         };
         let message = Some(message.clone());
         // If the disk refuses this as well, the case is run again: that is all that it is for.
