@@ -5,6 +5,7 @@
 //! | `scene` | scenes: read, change, write |
 //! | `run` | a whole run, with a callback |
 //! | `simulation` | a simulation step by step, its state and its nonlinear problem |
+//! | `shared` | the lock around it, and the loan of its state to NumPy |
 //! | `engine` | the same for every dimension behind one trait |
 //! | `work` | work without the interpreter's lock, which Ctrl-C can stop |
 //! | `arrays`, `values` | NumPy arrays, and Python values as TOML |
@@ -17,6 +18,7 @@ mod engine;
 mod errors;
 mod run;
 mod scene;
+mod shared;
 mod simulation;
 mod values;
 mod work;

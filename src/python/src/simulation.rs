@@ -1,31 +1,20 @@
 //! A simulation step by step, its state as NumPy arrays, and the nonlinear problem of its next step.
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread::ThreadId;
 
-use nicolson_solvers::time::StepReport;
-use numpy::{IntoPyArray, PyArray1, PyArrayMethods};
-use pyo3::exceptions::PyRuntimeError;
+use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
-use pyo3::sync::MutexExt;
 use pyo3::types::PyDict;
-use rayon::ThreadPool;
 
 use crate::arrays::{lend, own, vector, view};
-use crate::engine::{Engine, Fixed, engine};
-use crate::errors::Trouble;
+use crate::engine::engine;
 use crate::scene::Scene;
-use crate::work::{self, Caller, Ended};
+use crate::shared::Shared;
+use crate::work;
 
-/// What changes, behind one lock.
-struct Changing {
-    engine: Box<dyn Engine>,
-    /// The values of the state, while they are lent to NumPy; the engine's are empty then.
-    lent: Option<Py<PyArray1<f64>>>,
-    /// Whether a step panicked: nothing can be said of the state then.
-    broken: bool,
-}
+/// Values, columns and offsets of a matrix in compressed rows.
+type CompressedRows<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyAny>, Bound<'py, PyAny>);
 
 /// A scene in motion: `step()` by `step()`, with its state as NumPy arrays.
 ///
@@ -36,107 +25,9 @@ struct Changing {
 /// step between two Newton iterations and leaves the state before it.
 #[pyclass(module = "nicolson", frozen)]
 pub struct Simulation {
-    changing: Mutex<Changing>,
-    /// Thread that holds the lock: it may come again, from a signal handler.
-    owner: Mutex<Option<ThreadId>>,
-    stop: Arc<AtomicBool>,
-    pool: Option<ThreadPool>,
-    fixed: Fixed,
+    shared: Shared,
     reference: Py<PyArray1<f64>>,
     masses: Py<PyArray1<f64>>,
-}
-
-/// The lock, and the note of who holds it.
-struct Held<'a> {
-    guard: MutexGuard<'a, Changing>,
-    owner: &'a Mutex<Option<ThreadId>>,
-}
-
-impl Drop for Held<'_> {
-    fn drop(&mut self) {
-        *self.owner.lock().unwrap_or_else(PoisonError::into_inner) = None;
-    }
-}
-
-impl Simulation {
-    fn hold(&self, py: Python<'_>) -> PyResult<Held<'_>> {
-        let own = std::thread::current().id();
-        if *self.owner.lock().unwrap_or_else(PoisonError::into_inner) == Some(own) {
-            return Err(PyRuntimeError::new_err(
-                "this simulation is inside a step: a signal handler cannot use it until the step is over",
-            ));
-        }
-        let guard = self.changing.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner);
-        if guard.broken {
-            return Err(PyRuntimeError::new_err("an internal error ended this simulation: make a new one"));
-        }
-        *self.owner.lock().unwrap_or_else(PoisonError::into_inner) = Some(own);
-        Ok(Held { guard, owner: &self.owner })
-    }
-
-    /// Gives the values back to the engine. Views that exist keep the memory they show.
-    fn settle(py: Python<'_>, changing: &mut Changing) {
-        if let Some(lent) = changing.lent.take() {
-            changing.engine.state().values = lent.bind(py).readonly().as_array().to_vec();
-        }
-    }
-
-    /// Lends the values to NumPy: they change hands, not places.
-    fn lent<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let mut held = self.hold(py)?;
-        if let Some(lent) = &held.guard.lent {
-            return Ok(lent.bind(py).clone());
-        }
-        let array = lend(py, std::mem::take(&mut held.guard.engine.state().values));
-        held.guard.lent = Some(array.clone().unbind());
-        Ok(array)
-    }
-
-    /// Short work on the engine.
-    fn with<T: Send>(
-        &self,
-        py: Python<'_>,
-        work: impl FnOnce(&mut dyn Engine) -> Result<T, Trouble> + Send,
-    ) -> PyResult<T> {
-        let mut held = self.hold(py)?;
-        Self::settle(py, &mut held.guard);
-        let engine = &mut *held.guard.engine;
-        work::short(py, self.pool.as_ref(), || work(engine))
-    }
-
-    fn advance(&self, py: Python<'_>, target: Option<f64>) -> PyResult<StepReport> {
-        let mut held = self.hold(py)?;
-        Self::settle(py, &mut held.guard);
-        let changing = &mut *held.guard;
-        let (time, end) = (changing.engine.state().time, self.fixed.end);
-        let target = target.unwrap_or(end);
-        if !target.is_finite() || target <= time {
-            let what = format!(
-                "the simulation stands at t = {time} s: give a later target than {target} s (it ends at {end} s)"
-            );
-            return Err(Trouble::Argument(what).raise(py));
-        }
-        let engine = &mut *changing.engine;
-        let silent = |_: Python<'_>, (): ()| Ok(false);
-        let advance = |_: &Caller<()>| engine.step(target);
-        let Ended { outcome, raised } = work::long(py, self.pool.as_ref(), &self.stop, silent, advance);
-        if matches!(outcome, Err(Trouble::Panic(_))) {
-            changing.broken = true;
-        }
-        match (outcome, raised) {
-            (_, Some(error)) => Err(error),
-            (Ok(report), None) => Ok(report),
-            (Err(trouble), None) => Err(trouble.raise(py)),
-        }
-    }
-
-    fn part<'py>(&self, py: Python<'py>, part: usize) -> PyResult<Bound<'py, PyAny>> {
-        let n = self.fixed.particles * self.fixed.dimension;
-        match part {
-            2 => view(&self.lent(py)?, 2 * n..2 * n + self.fixed.particles, 0),
-            _ => view(&self.lent(py)?, part * n..(part + 1) * n, self.fixed.dimension),
-        }
-    }
 }
 
 #[pymethods]
@@ -153,8 +44,7 @@ impl Simulation {
         let mut fixed = engine.fixed();
         let reference = lend(py, std::mem::take(&mut fixed.reference_positions)).unbind();
         let masses = lend(py, std::mem::take(&mut fixed.masses)).unbind();
-        let changing = Mutex::new(Changing { engine, lent: None, broken: false });
-        Ok(Self { changing, owner: Mutex::new(None), stop, pool, fixed, reference, masses })
+        Ok(Self { shared: Shared::new(engine, stop, pool, fixed), reference, masses })
     }
 
     /// One accepted step, not past `target` (default: the end) nor the next frame of the scene, so that the states are
@@ -164,7 +54,7 @@ impl Simulation {
     /// target is not ahead.
     #[pyo3(signature = (target = None))]
     fn step<'py>(&self, py: Python<'py>, target: Option<f64>) -> PyResult<Bound<'py, PyDict>> {
-        let report = self.advance(py, target)?;
+        let report = self.shared.advance(py, target)?;
         let dict = PyDict::new(py);
         dict.set_item("time", report.time)?;
         dict.set_item("step", report.step)?;
@@ -180,7 +70,7 @@ impl Simulation {
         let (py, this) = (slf.py(), slf.get());
         let mut steps = 0;
         while this.time(py)? < time {
-            this.advance(py, Some(time))?;
+            this.shared.advance(py, Some(time))?;
             steps += 1;
             if let Some(callback) = &callback
                 && callback.bind(py).call1((slf,))?.is_truthy()?
@@ -194,50 +84,50 @@ impl Simulation {
     /// Present time, s.
     #[getter]
     fn time(&self, py: Python<'_>) -> PyResult<f64> {
-        Ok(self.hold(py)?.guard.engine.state().time)
+        self.shared.time(py)
     }
 
     /// Time at which the scene ends, s.
     #[getter]
     fn end(&self) -> f64 {
-        self.fixed.end
+        self.shared.fixed.end
     }
 
     /// Whether the end of the scene is reached.
     #[getter]
     fn finished(&self, py: Python<'_>) -> PyResult<bool> {
-        Ok(self.time(py)? >= self.fixed.end)
+        Ok(self.time(py)? >= self.shared.fixed.end)
     }
 
     /// The state `[u | v | J]`, flat and particle by particle; a view.
     #[getter]
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let n = self.fixed.particles * (2 * self.fixed.dimension + 1);
-        view(&self.lent(py)?, 0..n, 0)
+        let n = self.shared.fixed.particles * (2 * self.shared.fixed.dimension + 1);
+        view(&self.shared.lent(py)?, 0..n, 0)
     }
 
     /// Displacements, m: (particles, dimension); a view.
     #[getter]
     fn displacement<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.part(py, 0)
+        self.shared.part(py, 0)
     }
 
     /// Velocities, m/s: (particles, dimension); a view.
     #[getter]
     fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.part(py, 1)
+        self.shared.part(py, 1)
     }
 
     /// Volume ratios J: (particles,); a view.
     #[getter]
     fn volume_ratio<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.part(py, 2)
+        self.shared.part(py, 2)
     }
 
     /// Reference positions X, m: (particles, dimension); read-only.
     #[getter]
     fn reference_positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let (n, dimension) = (self.fixed.particles, self.fixed.dimension);
+        let (n, dimension) = (self.shared.fixed.particles, self.shared.fixed.dimension);
         view(self.reference.bind(py), 0..n * dimension, dimension)
     }
 
@@ -257,43 +147,43 @@ impl Simulation {
     /// velocities alone, they are `velocity[free]`.
     #[getter]
     fn free<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let free = self.fixed.free.clone().into_pyarray(py);
-        free.call_method1("reshape", ((-1, self.fixed.dimension),))
+        let free = self.shared.fixed.free.clone().into_pyarray(py);
+        free.call_method1("reshape", ((-1, self.shared.fixed.dimension),))
     }
 
     /// Number of particles.
     #[getter]
     fn particles(&self) -> usize {
-        self.fixed.particles
+        self.shared.fixed.particles
     }
 
     /// 1, 2 or 3.
     #[getter]
     fn dimension(&self) -> usize {
-        self.fixed.dimension
+        self.shared.fixed.dimension
     }
 
     /// Name of the scheme.
     #[getter]
     fn scheme(&self) -> &'static str {
-        self.fixed.scheme
+        self.shared.fixed.scheme
     }
 
     /// Largest stable explicit step at the start, s.
     #[getter]
     fn explicit_step_limit(&self) -> f64 {
-        self.fixed.explicit_step_limit
+        self.shared.fixed.explicit_step_limit
     }
 
     /// What the user should know.
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        self.fixed.warnings.clone()
+        self.shared.fixed.warnings.clone()
     }
 
     /// Energies of the present state, J: dict with kinetic, internal, hourglass.
     fn energies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let energies = self.with(py, |engine| Ok(engine.energies()))?;
+        let energies = self.shared.with(py, |engine| Ok(engine.energies()))?;
         let dict = PyDict::new(py);
         dict.set_item("kinetic", energies.kinetic)?;
         dict.set_item("internal", energies.internal)?;
@@ -311,7 +201,7 @@ impl Simulation {
         time: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let state = state.map(|state| vector(&state)).transpose()?;
-        let rate = self.with(py, |engine| {
+        let rate = self.shared.with(py, |engine| {
             let present = engine.state();
             let time = time.unwrap_or(present.time);
             let state = state.unwrap_or_else(|| present.values.clone());
@@ -323,7 +213,7 @@ impl Simulation {
     /// The unknowns that Newton's method starts from in the next step.
     #[pyo3(signature = (dt = None))]
     fn unknowns<'py>(&self, py: Python<'py>, dt: Option<f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(own(py, self.with(py, |engine| engine.start(dt))?))
+        Ok(own(py, self.shared.with(py, |engine| engine.start(dt))?))
     }
 
     /// The residual `R(y)` of the next implicit step, momenta in kg m/s: zero where `y` solves it.
@@ -351,7 +241,7 @@ impl Simulation {
         dt: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let y = vector(&unknowns)?;
-        Ok(own(py, self.with(py, |engine| engine.residual(&y, dt))?))
+        Ok(own(py, self.shared.with(py, |engine| engine.residual(&y, dt))?))
     }
 
     /// The product of the tangent `∂R/∂y` at `unknowns` with a vector; no matrix is made.
@@ -364,7 +254,7 @@ impl Simulation {
         dt: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (y, direction) = (crate::arrays::vector(&unknowns)?, crate::arrays::vector(&vector)?);
-        Ok(own(py, self.with(py, |engine| engine.matvec(&y, &direction, dt))?))
+        Ok(own(py, self.shared.with(py, |engine| engine.matvec(&y, &direction, dt))?))
     }
 
     /// The tangent `∂R/∂y` at `unknowns` as (data, indices, indptr), for `scipy.sparse.csr_matrix`.
@@ -374,9 +264,9 @@ impl Simulation {
         py: Python<'py>,
         unknowns: Bound<'py, PyAny>,
         dt: Option<f64>,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    ) -> PyResult<CompressedRows<'py>> {
         let y = vector(&unknowns)?;
-        let (matrix, pattern) = self.with(py, |engine| engine.matrix(&y, dt))?;
+        let (matrix, pattern) = self.shared.with(py, |engine| engine.matrix(&y, dt))?;
         // Both of one kind, as SciPy wants them.
         let narrow = i32::try_from(pattern.entries()).is_ok();
         let integers = |list: &[usize]| -> Bound<'py, PyAny> {
@@ -399,17 +289,17 @@ impl Simulation {
         dt: Option<f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let y = vector(&unknowns)?;
-        Ok(own(py, self.with(py, |engine| engine.finish(&y, dt))?))
+        Ok(own(py, self.shared.with(py, |engine| engine.finish(&y, dt))?))
     }
 
     /// Mass of the particle of every unknown, kg.
     #[getter]
     fn mass<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(own(py, self.with(py, |engine| engine.mass())?))
+        Ok(own(py, self.shared.with(py, |engine| engine.mass())?))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let (time, fixed) = (self.time(py)?, &self.fixed);
+        let (time, fixed) = (self.time(py)?, &self.shared.fixed);
         Ok(format!(
             "<nicolson.Simulation {}, {} particles, t = {time} of {} s>",
             fixed.scheme, fixed.particles, fixed.end
