@@ -12,17 +12,17 @@ pub(super) const COORDINATES: [&str; 3] = ["X", "Y", "Z"];
 
 impl Findings<'_> {
     /// A positive number.
-    pub fn positive(&mut self, number: &Spanned<impl Scalar>, name: &str) -> Option<f64> {
+    pub(super) fn positive(&mut self, number: &Spanned<impl Scalar>, name: &str) -> Option<f64> {
         self.within(number, name, "positive", |value| value > 0.0)
     }
 
     /// A number that is not negative.
-    pub fn not_negative(&mut self, number: &Spanned<impl Scalar>, name: &str) -> Option<f64> {
+    pub(super) fn not_negative(&mut self, number: &Spanned<impl Scalar>, name: &str) -> Option<f64> {
         self.within(number, name, "zero or positive", |value| value >= 0.0)
     }
 
     /// A finite number with a property that has a name.
-    pub fn within(
+    pub(super) fn within(
         &mut self,
         number: &Spanned<impl Scalar>,
         name: &str,
@@ -42,7 +42,7 @@ impl Findings<'_> {
     }
 
     /// A whole number of at least 1.
-    pub fn at_least_one(&mut self, number: &Spanned<u64>, name: &str) -> Option<usize> {
+    pub(super) fn at_least_one(&mut self, number: &Spanned<u64>, name: &str) -> Option<usize> {
         match usize::try_from(*number.get_ref()) {
             Ok(value) if value > 0 => Some(value),
             _ => {
@@ -57,7 +57,7 @@ impl Findings<'_> {
     }
 
     /// As many finite numbers as there are dimensions.
-    pub fn vector<const D: usize>(
+    pub(super) fn vector<const D: usize>(
         &mut self,
         vector: &Spanned<Vec<Spanned<impl Scalar>>>,
         name: &str,
@@ -71,7 +71,11 @@ impl Findings<'_> {
     }
 
     /// As many fields as there are dimensions.
-    pub fn fields<const D: usize>(&mut self, list: &FieldList<impl Kind>, name: &str) -> Option<[Expression; D]> {
+    pub(super) fn fields<const D: usize>(
+        &mut self,
+        list: &FieldList<impl Kind>,
+        name: &str,
+    ) -> Option<[Expression; D]> {
         self.length::<D>(list.get_ref().len(), list.span(), name)?;
         let fields: Vec<Expression> = list.get_ref().iter().filter_map(|field| self.field::<D>(field)).collect();
         fields.try_into().ok()
@@ -90,7 +94,7 @@ impl Findings<'_> {
     }
 
     /// A number or an expression without coordinates that do not exist.
-    pub fn field<const D: usize>(&mut self, field: &Spanned<Field<impl Kind>>) -> Option<Expression> {
+    pub(super) fn field<const D: usize>(&mut self, field: &Spanned<Field<impl Kind>>) -> Option<Expression> {
         match field.get_ref() {
             Field::Number(number) => {
                 let value = number.value();
@@ -106,7 +110,12 @@ impl Findings<'_> {
 
     /// An expression without coordinates that do not exist, in the units of the scene; `dimension` is what it
     /// measures.
-    pub fn expression<const D: usize>(&mut self, text: &str, dimension: Dimension, span: Span) -> Option<Expression> {
+    pub(super) fn expression<const D: usize>(
+        &mut self,
+        text: &str,
+        dimension: Dimension,
+        span: Span,
+    ) -> Option<Expression> {
         let expression = match Expression::parse(text) {
             Ok(expression) => expression,
             Err(error) => {

@@ -7,14 +7,14 @@ use super::source::Source;
 use super::units::UnitSystem;
 
 /// Bytes of the imaginary text of a [`Source`].
-pub(super) type Span = Range<usize>;
+pub(crate) type Span = Range<usize>;
 
 /// Collected mistakes and warnings.
 #[derive(Debug)]
-pub(super) struct Findings<'a> {
+pub(crate) struct Findings<'a> {
     pub source: &'a Source,
     /// Units of expressions and of the numbers in files.
-    pub units: UnitSystem,
+    pub(super) units: UnitSystem,
     errors: Vec<(Span, SceneError)>,
     warnings: Vec<String>,
 }

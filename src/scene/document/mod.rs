@@ -29,8 +29,8 @@ pub(in crate::scene) use material::{
     TransverseText,
 };
 pub(in crate::scene) use numerics::{
-    AdaptiveText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText,
-    SchemeText, ShearText, StabilisationText, TimeText, WaveSpeedText,
+    AdaptiveText, CheckpointText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText,
+    PressureJumpText, SchemeText, ShearText, StabilisationText, TimeText, WaveSpeedText,
 };
 pub(in crate::scene) use value::{
     Direction, Field, FieldList, HourglassText, Measure, Number, REMEDY, Scalar, Spanned, Text, Vector,
@@ -81,6 +81,8 @@ pub(in crate::scene) struct Document {
     /// What is written.
     #[serde(default)]
     pub output: OutputText,
+    /// Checkpoints, from which a run can be continued.
+    pub checkpoint: Option<CheckpointText>,
     /// Places whose motion is recorded.
     #[serde(default)]
     pub probe: Vec<Spanned<ProbeText>>,

@@ -4,12 +4,12 @@ use serde::Deserialize;
 
 use super::{Measure, Number, Spanned};
 #[cfg(test)]
-use crate::scene::settings::{Effort, LinearSettings, NewtonSettings, OutputSettings};
+use crate::scene::settings::{CheckpointSettings, Effort, LinearSettings, NewtonSettings, OutputSettings};
 use crate::scene::settings::{
     Forcing, LineSearch, OperatorChoice, OutputField, PreconditionerChoice, RkcStages, SolverChoice, TangentPolicy,
     Unknowns,
 };
-use crate::scene::units::Time;
+use crate::scene::units::{Time, WallTime};
 
 /// Upwind stabilisation after document 004; `tau_v` or `tau_p` switches it on.
 #[derive(Debug, Clone, Deserialize)]
@@ -280,4 +280,18 @@ pub(in crate::scene) struct OutputText {
     /// Whether to write the history of energies.
     #[cfg_attr(test, schemars(extend("default" = OutputSettings::default().history)))]
     pub history: Option<bool>,
+}
+
+/// Checkpoints, from which a run can be continued.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, expecting = "a table of options of checkpoints, such as `{ every_steps = 100 }`")]
+pub(in crate::scene) struct CheckpointText {
+    /// Steps between checkpoints; default none.
+    pub every_steps: Option<Spanned<u64>>,
+    /// Wall-clock time between checkpoints; default none.
+    pub every_seconds: Option<Measure<WallTime>>,
+    /// Checkpoints that are kept, the newest; 0 writes none at all.
+    #[cfg_attr(test, schemars(extend("default" = CheckpointSettings::default().keep)))]
+    pub keep: Option<Spanned<u64>>,
 }

@@ -12,7 +12,7 @@ mod symbols;
 mod systems;
 
 pub(super) use kinds::{
-    Acceleration, Angle, Density, Kind, Length, Pressure, Time, Velocity, Viscosity, describe, wanted,
+    Acceleration, Angle, Density, Kind, Length, Pressure, Time, Velocity, Viscosity, WallTime, describe, wanted,
 };
 pub(super) use systems::{UnitSystem, current, within};
 
