@@ -128,9 +128,8 @@ fn a_declared_system_scales_numbers_and_expressions() {
         close(one.tractions[0].value[0].value(at, time), other.tractions[0].value[0].value(at, time));
         let (force, same) = (one.body_force.as_ref().unwrap(), other.body_force.as_ref().unwrap());
         close(force[0].value(at, time), same[0].value(at, time));
-        let pressure = |exact: &Option<ExactSolution<2>>| {
-            exact.as_ref().unwrap().pressure.as_ref().unwrap().value(at, time)
-        };
+        let pressure =
+            |exact: &Option<ExactSolution<2>>| exact.as_ref().unwrap().pressure.as_ref().unwrap().value(at, time);
         close(pressure(&one.exact), pressure(&other.exact));
     }
 }
