@@ -14,7 +14,7 @@ pub(crate) type Span = Range<usize>;
 pub(crate) struct Findings<'a> {
     pub source: &'a Source,
     /// Units of expressions and of the numbers in files.
-    pub(super) units: UnitSystem,
+    pub(in crate::scene) units: UnitSystem,
     errors: Vec<(Span, SceneError)>,
     warnings: Vec<String>,
 }

@@ -81,7 +81,7 @@ pub(in crate::scene) struct Document {
     /// What is written.
     #[serde(default)]
     pub output: OutputText,
-    /// Checkpoints, from which a run can be continued.
+    /// When the state is saved, to go on from.
     pub checkpoint: Option<CheckpointText>,
     /// Places whose motion is recorded.
     #[serde(default)]

@@ -282,16 +282,17 @@ pub(in crate::scene) struct OutputText {
     pub history: Option<bool>,
 }
 
-/// Checkpoints, from which a run can be continued.
+/// Checkpoints, for `nicolson restart`; with this table also one at the end.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "a table of options of checkpoints, such as `{ every_steps = 100 }`")]
 pub(in crate::scene) struct CheckpointText {
     /// Steps between checkpoints; default none.
+    #[cfg_attr(test, schemars(range(min = 1)))]
     pub every_steps: Option<Spanned<u64>>,
-    /// Wall-clock time between checkpoints; default none.
+    /// Time of the clock on the wall between checkpoints, a plain number in seconds; default none.
     pub every_seconds: Option<Measure<WallTime>>,
-    /// Checkpoints that are kept, the newest; 0 writes none at all.
+    /// How many of the newest are kept; 0 writes none.
     #[cfg_attr(test, schemars(extend("default" = CheckpointSettings::default().keep)))]
     pub keep: Option<Spanned<u64>>,
 }
