@@ -172,3 +172,50 @@ Examples:
   nicolson collect results/dam-break-grid --out table.csv
 
 Exit codes: 0 done, 2 no such study, 3 the disk refused.";
+
+/// What it does.
+pub const NEW: &str = "\
+Write a commented scene to begin with.
+
+Templates are complete: they can be checked and run as they are. Files that exist are never overwritten.";
+/// How it is used.
+pub const NEW_EXAMPLES: &str = "\
+Examples:
+  nicolson new --list
+  nicolson new cantilever
+  nicolson new stl-part parts/hook.toml
+
+Exit codes: 0 done, 2 no such template, or a file that exists, 3 the disk refused.";
+
+/// What it does.
+pub const COMPLETIONS: &str = "\
+Print a script that completes commands, options and files in a shell.
+
+Put it where the shell looks for such scripts, or evaluate it when the shell starts.";
+/// How it is used.
+pub const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  nicolson completions bash
+  nicolson completions zsh
+  nicolson completions fish
+  nicolson completions powershell
+  nicolson completions elvish
+
+Where they go:
+  bash        nicolson completions bash > ~/.local/share/bash-completion/completions/nicolson
+  zsh         nicolson completions zsh > DIR/_nicolson, with DIR in $fpath
+  fish        nicolson completions fish > ~/.config/fish/completions/nicolson.fish
+  powershell  nicolson completions powershell | Out-String | Invoke-Expression
+  elvish      eval (nicolson completions elvish | slurp)";
+
+/// What it does.
+pub const MAN: &str = "\
+Write manual pages, one for the program and one for every command.
+
+They say what `--help` says.";
+/// How it is used.
+pub const MAN_EXAMPLES: &str = "\
+Examples:
+  nicolson man ~/.local/share/man/man1
+
+Exit codes: 0 done, 3 the disk refused.";
