@@ -32,6 +32,11 @@ impl Source {
         Self { name: name.to_owned(), text: text.to_owned(), overrides }
     }
 
+    /// Name of the file.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// Place of the first byte of an override.
     pub fn start_of_override(&self, index: usize) -> usize {
         self.overrides[index].0
