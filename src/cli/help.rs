@@ -127,7 +127,7 @@ A study file names a scene and what varies: [grid] (all combinations), [[case]] 
 what was overridden. All scenes are validated before the first of them runs.
 
 Cases whose report says that the very same scene was completed are skipped: start a broken sweep again to go on. A case \
-that fails stops no other; it is run again next time unless --keep-failed is given. At the end the reports are \
+that was interrupted goes on from its checkpoint. One that fails stops no other; it is run again next time unless --keep-failed is given. At the end the reports are \
 collected into cases.csv. With --index N (from 1) only one case is run and nothing is collected: for job arrays, after \
 which `nicolson collect` makes the table.";
 /// How it is used.

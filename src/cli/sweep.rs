@@ -137,7 +137,7 @@ fn list(study: &Study, cases: &[ReadyCase], directory: &Path, keep_failed: bool)
             CaseState::Completed => "skip: completed",
             CaseState::Failed if keep_failed => "leave: failed",
             CaseState::Failed => "run again: failed",
-            CaseState::Interrupted => "run again: interrupted",
+            CaseState::Interrupted => "go on: interrupted",
             CaseState::Outdated => "run again: results of another scene",
             CaseState::Missing => "run",
         };

@@ -212,7 +212,7 @@ fn a_scene_that_cannot_be_discretised_is_a_failure_of_its_case() {
 fn interrupting_stops_all_cases_and_keeps_what_they_have() {
     let directory = tempfile::tempdir().expect("a directory");
     let text = format!(
-        "scene = {:?}\n[set]\ntime.end = 1e5\noutput.interval = 1e4\noutput.plots = false\n[grid]\ntime.step = [0.01, 0.02, 0.005]\n",
+        "scene = {:?}\n[set]\ntime.end = 100\noutput.interval = 10\noutput.plots = false\n[grid]\ntime.step = [0.01, 0.02, 0.005]\n",
         example("bar-smooth").display().to_string()
     );
     let (file, out) = written(directory.path(), &text);
@@ -246,7 +246,19 @@ fn interrupting_stops_all_cases_and_keeps_what_they_have() {
         ["interrupted", "interrupted", "missing"]
     );
     let plan = sweep(&file, &out, &["--dry-run"]);
-    assert!(plan.said.contains("case-0002  run again: interrupted"), "{}", plan.said);
+    assert!(plan.said.contains("case-0002  go on: interrupted"), "{}", plan.said);
+    // They go on, and end with the bits of a case that nobody disturbed.
+    let again = sweep(&file, &out, &["--jobs", "2"]);
+    assert!(again.code == 0 && again.said.contains("done: 3 completed"), "{}{}", again.said, again.complained);
+    let reports = ["case-0001", "case-0002", "case-0003"].map(|case| readable(&out.join(case)));
+    let from: Vec<bool> = reports.iter().map(|report| !report.provenance.parent_checkpoint.is_empty()).collect();
+    assert_eq!(from, [true, true, false]);
+    let undisturbed = directory.path().join("undisturbed");
+    assert_eq!(sweep(&file, &undisturbed, &["--index", "1", "--quiet"]).code, 0);
+    for file in ["history.csv", "probes.csv", "fields-00010.vtu"] {
+        let bytes = |directory: &Path| fs::read(directory.join("case-0001").join(file)).expect(file);
+        assert!(bytes(&out) == bytes(&undisturbed), "{file} differs");
+    }
 }
 
 #[test]
