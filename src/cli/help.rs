@@ -235,3 +235,18 @@ Examples:
   nicolson restart results/beam --out results/beam-again --threads 4
 
 Exit codes: 0 done, 2 no such checkpoint or another scene, 3 failed (results so far on disk), 130 interrupted (likewise).";
+
+/// What it does.
+pub const SCHEMA: &str = "\
+Print the JSON Schema of scenes, with which editors complete and check keys.
+
+Editors with a TOML language server (taplo, Even Better TOML) take it from the first line of a scene: \
+`#:schema ./scene.schema.json`. With --reference a page of Markdown with all keys is printed instead.";
+/// How it is used.
+pub const SCHEMA_EXAMPLES: &str = "\
+Examples:
+  nicolson schema
+  nicolson schema --reference
+
+As a file:
+  nicolson schema > scene.schema.json";

@@ -80,6 +80,7 @@ fn nothing_is_overwritten_and_wrong_names_are_explained() {
 fn completions_and_manual_pages_know_every_command() {
     let commands = [
         "run",
+        "restart",
         "check",
         "jacobian",
         "render",
@@ -87,6 +88,7 @@ fn completions_and_manual_pages_know_every_command() {
         "report",
         "list",
         "new",
+        "schema",
         "sweep",
         "collect",
         "completions",
