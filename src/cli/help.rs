@@ -249,4 +249,4 @@ Examples:
   nicolson schema --reference
 
 As a file:
-  nicolson schema > scene.schema.json";
+  $ nicolson schema > scene.schema.json";
