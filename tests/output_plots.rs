@@ -8,8 +8,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use nicolson::output::{
-    Cell, ColourMap, HistoryColumns, LinePlot, LineSeries, Panel, Panels, ParticlePlot, ProbeColumns, Style, Tone,
-    prepare_directory,
+    Cell, ColourMap, HistoryColumns, LinePlot, LineSeries, Panel, Panels, ParticlePlot, PlotGrid, ProbeColumns, Style,
+    Tone, prepare_directory,
 };
 
 /// Where the pictures of a test go; the guard removes them unless they are wanted.
@@ -107,6 +107,28 @@ fn convergence_with_reference_slopes() {
     convergence.series.truncate(1);
     convergence.series[0].points.truncate(2);
     write(&convergence, &directory, "two points, less than a decade");
+}
+
+#[test]
+fn diagrams_with_the_same_series_share_one_legend() {
+    let (directory, _guard) = samples();
+    let diagram = |title: &str, names: &[&str]| {
+        let line = |name: &&str| series(name, Style::DashedWithPoints, [(1.0, 1.0), (2.0, 4.0 + name.len() as f64)]);
+        plot(title, names.iter().map(line).collect())
+    };
+    // More than there are colours: the markers tell the last from the first.
+    let names: Vec<String> = (0..9).map(|index| format!("method {index}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mentions = |grid: &PlotGrid, file: &str| {
+        let files = grid.write(&directory.join(file)).unwrap();
+        let document = fs::read_to_string(&files[0]).unwrap();
+        check(files);
+        document.matches("method 8").count()
+    };
+    let same = PlotGrid { columns: 2, plots: vec![diagram("one", &names), diagram("two", &names)] };
+    assert_eq!(mentions(&same, "shared-legend"), 1);
+    let different = PlotGrid { columns: 2, plots: vec![diagram("one", &names), diagram("two", &names[5..])] };
+    assert_eq!(mentions(&different, "own-legends"), 2);
 }
 
 #[test]

@@ -125,7 +125,7 @@ fn figure(rows: &[Row], label: &str, cost: impl Fn(&Solution) -> f64) -> PlotGri
         let series = METHODS.iter().map(|method| LineSeries {
             name: method.name.into(),
             points: points(rows, scene, method.name, &cost).into_iter().map(|(error, cost)| (cost, error)).collect(),
-            style: if method.is_implicit() { Style::SolidWithPoints } else { Style::Points },
+            style: if method.is_implicit() { Style::SolidWithPoints } else { Style::DashedWithPoints },
         });
         LinePlot {
             title: scene.to_owned(),

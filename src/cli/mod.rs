@@ -1,10 +1,15 @@
-//! The command line: `run`, `restart`, `check`, `jacobian`, `list`, and for results `render`, `report`, `plot`.
+//! The command line: `run`, `restart`, `check`, `jacobian`, `list`, `sweep` and `collect`, and for results `render`,
+//! `report`, `plot`.
+//!
+//! Every command has a text of what it does and examples in `help.rs`; a test reads both.
 //!
 //! Exit codes: 0 done; 2 wrong usage or scene; 3 the simulation failed numerically (or the disk
 //! refused), with the results so far on disk; 130 interrupted (Ctrl-C, SIGTERM), with a checkpoint.
 
 mod check;
+mod collect;
 mod console;
+mod help;
 mod jacobian;
 mod list;
 mod plot;
@@ -13,6 +18,7 @@ mod report;
 mod restart;
 mod run;
 mod signals;
+mod sweep;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -35,7 +41,7 @@ pub const INTERRUPTED: u8 = 130;
 
 /// Implicit-first Total Lagrangian SPH: a scene file in, a verified simulation out.
 #[derive(Debug, Parser)]
-#[command(name = "nicolson", version, about, long_about = None)]
+#[command(name = "nicolson", version, about, long_about = None, after_long_help = help::PROGRAM)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -44,6 +50,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Run a scene and write its results.
+    #[command(long_about = help::RUN, after_long_help = help::RUN_EXAMPLES)]
     Run {
         #[command(flatten)]
         scene: SceneArguments,
@@ -63,6 +70,7 @@ enum Command {
     /// Go on from a checkpoint, or from the newest of a directory of results, as if the run had never ended.
     Restart(restart::RestartArguments),
     /// Validate a scene and predict its cost; runs nothing.
+    #[command(long_about = help::CHECK, after_long_help = help::CHECK_EXAMPLES)]
     Check {
         #[command(flatten)]
         scene: SceneArguments,
@@ -71,6 +79,7 @@ enum Command {
         preview: Option<Option<PathBuf>>,
     },
     /// Check the analytic Jacobian of a scene: Taylor remainders per block and term, and differences.
+    #[command(long_about = help::JACOBIAN, after_long_help = help::JACOBIAN_EXAMPLES)]
     Jacobian {
         #[command(flatten)]
         scene: SceneArguments,
@@ -82,12 +91,20 @@ enum Command {
         export_tangent: Option<PathBuf>,
     },
     /// Draw frames of a run: a picture (PNG, SVG) or an animation (GIF).
+    #[command(long_about = help::RENDER, after_long_help = help::RENDER_EXAMPLES)]
     Render(render::RenderArguments),
     /// Plot a probe or a quantity of the history of several runs together.
+    #[command(long_about = help::PLOT, after_long_help = help::PLOT_EXAMPLES)]
     Plot(plot::PlotArguments),
     /// Write one HTML file that shows a run: ledger, convergence, histories, particles in motion. Works offline.
+    #[command(long_about = help::REPORT, after_long_help = help::REPORT_EXAMPLES)]
     Report(report::ReportArguments),
+    /// Run one scene with many values of its keys: grids, lists, convergence studies.
+    Sweep(sweep::SweepArguments),
+    /// Collect the reports of a study into one table.
+    Collect(collect::CollectArguments),
     /// List schemes, solvers, laws and kernels, and the scenes of a directory.
+    #[command(long_about = help::LIST, after_long_help = help::LIST_EXAMPLES)]
     List {
         /// Directory with scene files.
         #[arg(default_value = "examples")]
@@ -123,7 +140,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     match parsed.command {
         Command::Run { scene, out, quiet, solve_report, solve_log } => on_scene(&scene, |loaded| {
             let directory = out.unwrap_or_else(|| default_directory(&scene.scene));
-            let options = RunOptions { directory: Some(directory), command: command.join(" "), ..RunOptions::default() };
+            let options =
+                RunOptions { directory: Some(directory), command: command.join(" "), ..RunOptions::default() };
             run::run_scene(loaded, None, options, run::Listening { quiet, solve_report, solve_log })
         }),
         Command::Restart(arguments) => restart::restart(arguments, command.join(" ")),
@@ -137,6 +155,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Render(arguments) => render::render(arguments),
         Command::Plot(arguments) => plot::plot(arguments),
         Command::Report(arguments) => report::report(arguments),
+        Command::Sweep(arguments) => sweep::run_study(&arguments, command.join(" ")),
+        Command::Collect(arguments) => collect::run_collect(&arguments),
         Command::List { directory } => list::list(&directory),
     }
 }

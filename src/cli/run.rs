@@ -54,11 +54,8 @@ pub fn run_scene(scene: &Scene, from: Option<Beginning<'_>>, options: RunOptions
         console.leave_progress_out();
     }
     let signals = listen();
-    let options = RunOptions {
-        checkpoint_request: Some(signals.checkpoint.clone()),
-        solve_log: solve_log.clone(),
-        ..options
-    };
+    let options =
+        RunOptions { checkpoint_request: Some(signals.checkpoint.clone()), solve_log: solve_log.clone(), ..options };
     // The console last: its summary stands below the table.
     let mut monitors = Monitors::new().with_optional(log.as_mut()).with_optional(table.as_mut()).with(&mut console);
     let outcome = match from {

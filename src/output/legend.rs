@@ -1,11 +1,10 @@
 //! Where the legend goes: into a part of the diagram that no curve enters, else beside it.
 
 use plotters::backend::DrawingBackend;
-use plotters::style::RGBColor;
 
 use super::canvas::{Align, Canvas, Drawn, GREY, Point, WHITE, shortened, text_width};
 use super::chart::{Area, TEXT};
-use super::plot::{Style, draw_curve};
+use super::curve::{Look, Style, draw_curve, draw_marker};
 
 /// Height of one entry in points.
 const ROW: f64 = TEXT + 5.0;
@@ -21,21 +20,21 @@ const CLEARANCE: f64 = 8.0;
 /// The entries of a legend.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Legend {
-    entries: Vec<(String, Style, RGBColor)>,
+    entries: Vec<(String, Look)>,
 }
 
 impl Legend {
     /// A legend of the named series; what does not fit into `height` points is counted in a last entry.
-    pub(super) fn new(named: impl Iterator<Item = (String, Style, RGBColor)>, height: f64) -> Self {
+    pub(super) fn new(named: impl Iterator<Item = (String, Look)>, height: f64) -> Self {
         let mut entries: Vec<_> = named
             .filter(|(name, ..)| !name.is_empty())
-            .map(|(name, style, colour)| (shortened(&name, TEXT, LONGEST), style, colour))
+            .map(|(name, look)| (shortened(&name, TEXT, LONGEST), look))
             .collect();
         let fitting = (((height - 2.0 * PADDING) / ROW) as usize).max(2);
         if entries.len() > fitting {
             let hidden = entries.len() - (fitting - 1);
             entries.truncate(fitting - 1);
-            entries.push((format!("… and {hidden} more"), Style::Points, WHITE));
+            entries.push((format!("… and {hidden} more"), Look { style: Style::Points, colour: WHITE, square: false }));
         }
         Self { entries }
     }
@@ -87,17 +86,21 @@ impl Legend {
             canvas.rectangle((x, y), (right, bottom), WHITE)?;
             canvas.line(&[(x, y), (right, y), (right, bottom), (x, bottom), (x, y)], 0.6, GREY)?;
         }
-        for (row, (name, style, colour)) in self.entries.iter().enumerate() {
+        for (row, (name, look)) in self.entries.iter().enumerate() {
             let middle = y + PADDING + ROW * (row as f64 + 0.5) - 2.5;
             let sample = [(x + PADDING, middle), (x + PADDING + SAMPLE, middle)];
-            let dots = [(x + PADDING + 0.5 * SAMPLE, middle)];
-            match style {
-                Style::Points => draw_curve(canvas, &dots, *style, *colour)?,
-                Style::SolidWithPoints => {
-                    draw_curve(canvas, &sample, Style::Solid, *colour)?;
-                    draw_curve(canvas, &dots, Style::Points, *colour)?;
-                }
-                _ => draw_curve(canvas, &sample, *style, *colour)?,
+            let marker = (x + PADDING + 0.5 * SAMPLE, middle);
+            let line = match look.style {
+                Style::Points => None,
+                Style::SolidWithPoints => Some(Style::Solid),
+                Style::DashedWithPoints => Some(Style::Dashed),
+                style => Some(style),
+            };
+            if let Some(style) = line {
+                draw_curve(canvas, &sample, Look { style, ..*look })?;
+            }
+            if line != Some(look.style) {
+                draw_marker(canvas, marker, *look)?;
             }
             let at = (x + PADDING + SAMPLE + 7.0, middle + 0.35 * TEXT);
             canvas.text(at, name, TEXT, Align::Left)?;

@@ -32,17 +32,17 @@
 
 mod build;
 mod checks;
-mod document;
 mod difference;
+mod document;
 mod errors;
 mod files;
-mod findings;
+pub(crate) mod findings;
 mod messages;
 mod numerics;
 mod overrides;
 mod read;
 pub mod settings;
-mod source;
+pub(crate) mod source;
 mod times;
 
 use std::path::{Path, PathBuf};

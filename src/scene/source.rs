@@ -9,7 +9,7 @@ use super::errors::SceneError;
 
 /// The imaginary text.
 #[derive(Debug, Clone)]
-pub(super) struct Source {
+pub(crate) struct Source {
     name: String,
     text: String,
     /// `key=value`, with the place of its first byte.

@@ -92,7 +92,9 @@ impl Checkpoint {
         Self::read_alone(path).map_err(|error| {
             let OutputError::Request { what, remedy } = error else { return error };
             match path.parent().and_then(|folder| older(folder, path)) {
-                Some(older) => OutputError::request(what, format!("{remedy}; the next older one is {}", older.display())),
+                Some(older) => {
+                    OutputError::request(what, format!("{remedy}; the next older one is {}", older.display()))
+                }
                 None => OutputError::request(what, remedy),
             }
         })
@@ -163,7 +165,8 @@ impl Checkpoint {
     /// The directory of results that the checkpoint belongs to.
     pub fn directory(&self) -> PathBuf {
         let folder = self.path.parent().unwrap_or(Path::new(""));
-        let in_folder = std::path::absolute(folder).ok().is_some_and(|folder| folder.file_name() == Some(FOLDER.as_ref()));
+        let in_folder =
+            std::path::absolute(folder).ok().is_some_and(|folder| folder.file_name() == Some(FOLDER.as_ref()));
         let directory = if in_folder { folder.parent().unwrap_or(Path::new("..")) } else { folder };
         if directory.as_os_str().is_empty() { PathBuf::from(".") } else { directory.to_path_buf() }
     }
@@ -184,9 +187,8 @@ impl Checkpoint {
         let folder = directory.join(FOLDER);
         std::fs::create_dir_all(&folder).map_err(OutputError::file("create the folder of checkpoints", &folder))?;
         let path = folder.join(format!("{PREFIX}{:010}{SUFFIX}", about.step));
-        let text = serde_json::to_string(about).map_err(|error| {
-            OutputError::file("write the checkpoint", &path)(std::io::Error::other(error))
-        })?;
+        let text = serde_json::to_string(about)
+            .map_err(|error| OutputError::file("write the checkpoint", &path)(std::io::Error::other(error)))?;
         write_container(&path, &text, arrays)?;
         Ok(path)
     }

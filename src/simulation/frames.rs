@@ -59,7 +59,12 @@ impl Frames {
     ///
     /// # Errors
     /// If there are not so many.
-    pub fn reopen(source: &Path, fields: &[OutputField], provenance: String, count: usize) -> Result<Self, OutputError> {
+    pub fn reopen(
+        source: &Path,
+        fields: &[OutputField],
+        provenance: String,
+        count: usize,
+    ) -> Result<Self, OutputError> {
         let series = Series::reopen(&source.join(INDEX), count)?;
         for file in series.files() {
             let path = source.join(file);
