@@ -78,7 +78,8 @@ fn the_whole_matrix() {
 
 #[test]
 fn preconditioners_and_operators() {
-    for preconditioner in ["none", "jacobi", "block_jacobi", "multigrid", "ilu0", "ilut", "one_ring", "symmetric_part"] {
+    for preconditioner in ["none", "jacobi", "block_jacobi", "multigrid", "ilu0", "ilut", "one_ring", "symmetric_part"]
+    {
         check(&Case::solid("crank_nicolson").newton("tangent", "modified").solver(("gmres", preconditioner)));
     }
     for operator in ["assembled", "matrix_free"] {

@@ -29,7 +29,8 @@ pub fn nicolson<S: AsRef<OsStr>>(arguments: &[S]) -> Answer {
     let arguments: Vec<&OsStr> = arguments.iter().map(AsRef::as_ref).collect();
     let output = command(&arguments).output().expect("the program starts");
     let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-    let answer = Answer { code: output.status.code().unwrap_or(-1), said: text(output.stdout), complained: text(output.stderr) };
+    let answer =
+        Answer { code: output.status.code().unwrap_or(-1), said: text(output.stdout), complained: text(output.stderr) };
     assert!(!answer.complained.contains("panicked"), "{}", answer.complained);
     answer
 }
@@ -220,9 +221,10 @@ fn a_disk_that_refuses_a_checkpoint_leaves_the_older_ones() {
     send("-INT", &running);
     running.wait().expect("an end");
     let before = checkpoints(&out);
-    // No file may be longer than a third of a checkpoint: as on a full disk, writing ends in an error.
-    let limit = fs::metadata(&before[1]).expect("a file").len() / 1024 / 3;
-    let script = format!("trap '' XFSZ; ulimit -f {limit}; exec \"$0\" restart \"$1\" --quiet --set output.plots=false");
+    // No file may be as long as a checkpoint: as on a full disk, writing ends in an error.
+    let limit = fs::metadata(&before[1]).expect("a file").len() / 1024 - 1;
+    let script =
+        format!("trap '' XFSZ; ulimit -f {limit}; exec \"$0\" restart \"$1\" --quiet --set output.plots=false");
     let output = Command::new("bash").args(["-c", &script, env!("CARGO_BIN_EXE_nicolson")]).arg(&out).output();
     let output = output.expect("a shell");
     let complained = String::from_utf8_lossy(&output.stderr);

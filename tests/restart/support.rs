@@ -168,7 +168,9 @@ pub fn go_on(checkpoint: &Path, directory: &Path) -> Outcome {
 pub fn results(directory: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(directory).expect("a directory").map(|entry| entry.expect("an entry"));
     let files = entries.filter(|entry| entry.path().is_file() && entry.file_name() != "report.json");
-    files.map(|entry| (entry.file_name().into_string().expect("a name"), fs::read(entry.path()).expect("bytes"))).collect()
+    files
+        .map(|entry| (entry.file_name().into_string().expect("a name"), fs::read(entry.path()).expect("bytes")))
+        .collect()
 }
 
 /// A report without what the clock on the wall, threads and the command line say.
@@ -200,7 +202,8 @@ pub fn same(what: &str, (one, a): (&Outcome, &Path), (other, b): (&Outcome, &Pat
 /// Checkpoints of a run, oldest first.
 pub fn checkpoints(directory: &Path) -> Vec<std::path::PathBuf> {
     let entries = fs::read_dir(directory.join(CHECKPOINT_FOLDER)).into_iter().flatten();
-    let mut found: Vec<_> = entries.map(|entry| entry.expect("an entry").path()).collect();
+    let paths = entries.map(|entry| entry.expect("an entry").path());
+    let mut found: Vec<_> = paths.filter(|path| path.extension().is_some_and(|end| end == "safetensors")).collect();
     found.sort();
     found
 }
