@@ -241,6 +241,11 @@ fn what_cannot_be_balanced_is_located() {
     assert!(shaken.place.starts_with("particle "), "{shaken}");
 }
 
+/// Weights of all entries.
+fn all_weights<const D: usize>(gradient: &Gradient<D>) -> Vec<Vector<D>> {
+    (0..gradient.neighbourhood.len()).flat_map(|a| gradient.weights_of(a).to_vec()).collect()
+}
+
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     let lattice = lattice([24, 20], Layout::Vertex);
@@ -248,11 +253,10 @@ fn any_number_of_threads_gives_the_same_bits() {
         let particles = lattice.particles();
         let bits = |threads: usize| -> Vec<u64> {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-            let weights = pool
+            let found = pool
                 .install(|| gradient(&particles, lattice.mean_spacing(), smoothing, WeightChoice::Balanced))
-                .expect("weights")
-                .weights;
-            weights.iter().flat_map(|w| w.iter().map(|x| x.to_bits()).collect::<Vec<_>>()).collect()
+                .expect("weights");
+            all_weights(&found).iter().flat_map(|w| w.iter().map(|x| x.to_bits()).collect::<Vec<_>>()).collect()
         };
         let one = bits(1);
         assert_eq!(one, bits(2));
@@ -281,9 +285,10 @@ fn two_bodies_are_balanced_apart() {
     let model = Model::new(setup, None, None).expect("model");
     let build = |weights| gradient(&particles, lattice.mean_spacing(), 1.2, weights).expect("weights");
     let (seed, balanced) = (build(WeightChoice::Separate), build(WeightChoice::Balanced));
-    let found = &model.gradient().weights;
-    assert_eq!(found[..seed.weights.len()], seed.weights);
-    for (found, expected) in found[seed.weights.len()..].iter().zip(&balanced.weights) {
+    let [found, seed, balanced] = [model.gradient(), &seed, &balanced].map(all_weights);
+    assert_eq!(found.len(), seed.len() + balanced.len());
+    assert_eq!(found[..seed.len()], seed);
+    for (found, expected) in found[seed.len()..].iter().zip(&balanced) {
         assert!((found - expected).amax() < 1e-9 * expected.amax().max(1.0));
     }
 }

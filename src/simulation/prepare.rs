@@ -217,7 +217,8 @@ impl<const D: usize> Prepared<D> {
         let assembled = implicit && !scene.linear.is_matrix_free();
         let entries = if assembled { model.pattern_entries() } else { 0 };
         let tensor = (D * D * 8) as f64;
-        let mut memory = pairs * (8.0 + 8.0 * D as f64) + particles as f64 * (5.0 * tensor + 200.0);
+        let weights = model.gradient().weights.stored() as f64;
+        let mut memory = pairs * 8.0 + weights * 8.0 * D as f64 + particles as f64 * (5.0 * tensor + 200.0);
         if model.upwind().is_some() {
             memory += pairs * 8.0 * (1 + D) as f64;
         }

@@ -12,8 +12,8 @@ fn changes(count: usize, smoothing: f64) -> (f64, f64) {
     for (a, x) in particles.positions.iter().enumerate() {
         let volume = particles.volumes[a];
         for entry in seed.neighbourhood.row(a) {
-            let change = (balanced.weights[entry] - seed.weights[entry]).amax() * volume;
-            largest = largest.max(seed.weights[entry].amax() * volume);
+            let change = (balanced.weights.at(a, entry) - seed.weights.at(a, entry)).amax() * volume;
+            largest = largest.max(seed.weights.at(a, entry).amax() * volume);
             outer = outer.max(change);
             if x.iter().all(|x| (0.75..=1.75).contains(x)) {
                 inner = inner.max(change);
