@@ -11,6 +11,7 @@ mod comparison;
 pub mod diagnostics;
 mod frames;
 mod ledger;
+mod memory;
 mod preload;
 mod prepare;
 mod probes;
