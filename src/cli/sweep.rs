@@ -2,8 +2,6 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "this is the command line's output")]
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -11,6 +9,7 @@ use clap::Args;
 use super::collect::print_collected;
 use super::console::{complain, duration};
 use super::render::report_output;
+use super::signals::listen;
 use super::{DONE, FAILED, INTERRUPTED, WRONG_INPUT, help};
 use crate::output::{OutputError, Status};
 use crate::study::{CaseState, Event, ReadyCase, Study, SweepOptions, SweepSummary, collect, state_of, sweep};
@@ -83,16 +82,15 @@ pub fn run_study(arguments: &SweepArguments, command: String) -> u8 {
         list(&study, &cases, &directory, arguments.keep_failed);
         return DONE;
     }
-    let interrupt = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupt);
-    // A second handler (in tests, which share a process) is refused; the first one serves.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let interrupt = listen().interrupt;
     let mut teller = Teller::new(&study, cases.len(), quiet);
     let options = SweepOptions { directory, jobs, threads, keep_failed: arguments.keep_failed, command };
     let summary = match sweep(&study, &cases, &options, &mut |event| teller.hear(event), &interrupt) {
         Ok(summary) => summary,
         // Nothing was computed.
-        Err(error @ (OutputError::NotADirectory { .. } | OutputError::File { .. })) => return refused(&error.to_string()),
+        Err(error @ (OutputError::NotADirectory { .. } | OutputError::File { .. })) => {
+            return refused(&error.to_string());
+        }
         Err(error) => return report_output(&error),
     };
     // Jobs of an array would write the same table at the same time.
@@ -121,7 +119,8 @@ fn refused(message: &str) -> u8 {
 
 fn in_words(summary: &SweepSummary) -> String {
     let SweepSummary { completed, failed, skipped, kept, interrupted } = *summary;
-    let mut text = format!("{}: {completed} completed, {failed} failed", if interrupted { "interrupted" } else { "done" });
+    let mut text =
+        format!("{}: {completed} completed, {failed} failed", if interrupted { "interrupted" } else { "done" });
     if skipped > 0 {
         text += &format!(", {skipped} completed before");
     }
@@ -179,7 +178,10 @@ impl<'a> Teller<'a> {
                 if !self.quiet && self.told.elapsed() > TELLING {
                     self.told = Instant::now();
                     let percent = (100.0 * time / end).floor();
-                    eprintln!("  case {case}: t = {time:.4e} s, {percent} %; {} of {} cases ended", self.ended, self.wanted);
+                    eprintln!(
+                        "  case {case}: t = {time:.4e} s, {percent} %; {} of {} cases ended",
+                        self.ended, self.wanted
+                    );
                 }
             }
             Event::Ended(ending) => {
@@ -191,11 +193,23 @@ impl<'a> Teller<'a> {
                         complain(&format!("{label} failed after {}: {message}", duration(ending.seconds)));
                     }
                     _ if self.quiet => {}
-                    Status::Interrupted => eprintln!("  {label}: {}", ending.message.as_deref().unwrap_or("interrupted")),
+                    Status::Interrupted => {
+                        eprintln!("  {label}: {}", ending.message.as_deref().unwrap_or("interrupted"))
+                    }
                     Status::Completed => {
-                        let left = self.start.elapsed().as_secs_f64() / self.ended as f64 * (self.wanted - self.ended) as f64;
-                        let left = if self.ended < self.wanted { format!("; about {} left", duration(left)) } else { String::new() };
-                        eprintln!("  case {} done: {} steps in {}{left}", ending.case, ending.steps, duration(ending.seconds));
+                        let left =
+                            self.start.elapsed().as_secs_f64() / self.ended as f64 * (self.wanted - self.ended) as f64;
+                        let left = if self.ended < self.wanted {
+                            format!("; about {} left", duration(left))
+                        } else {
+                            String::new()
+                        };
+                        eprintln!(
+                            "  case {} done: {} steps in {}{left}",
+                            ending.case,
+                            ending.steps,
+                            duration(ending.seconds)
+                        );
                     }
                 }
             }
