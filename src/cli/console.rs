@@ -18,7 +18,9 @@ const WORTH_A_HINT: f64 = 1.0;
 
 /// Prints an error message.
 pub fn complain(message: &str) {
-    eprintln!("error: {message}");
+    // Names of files may hold anything; what a terminal would take for a command is left out.
+    let shown: String = message.chars().map(|c| if c.is_control() && c != '\n' { '\u{fffd}' } else { c }).collect();
+    eprintln!("error: {shown}");
 }
 
 /// A time for people: `8 s`, `12 min 5 s`, `3 h 40 min`, `2 d 5 h`.

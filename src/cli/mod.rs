@@ -10,6 +10,7 @@ mod check;
 mod collect;
 mod completions;
 mod console;
+mod guard;
 mod help;
 mod jacobian;
 mod list;
@@ -30,6 +31,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand};
 
 use console::complain;
 
+use crate::machine::available_memory;
 use crate::scene::Scene;
 use crate::simulation::{RunError, RunOptions};
 
@@ -134,6 +136,9 @@ struct SceneArguments {
     /// Number of threads [default: all cores]. Results do not depend on it.
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
+    /// Go on even if the scene seems to need more memory than there is.
+    #[arg(long)]
+    ignore_memory: bool,
 }
 
 /// Runs the command line and returns the exit code.
@@ -151,6 +156,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     match parsed.command {
         Command::Run { scene, out, quiet, solve_report, solve_log } => on_scene(&scene, |loaded| {
             let directory = out.unwrap_or_else(|| default_directory(&scene.scene));
+            let written = [solve_log.as_deref()];
+            if let Err(error) = guard::spares(loaded, &written).and_then(|()| guard::spares_directory(loaded, &directory)) {
+                return refuse(&error);
+            }
             let options =
                 RunOptions { directory: Some(directory), command: command.join(" "), ..RunOptions::default() };
             run::run_scene(loaded, None, options, run::Listening { quiet, solve_report, solve_log })
@@ -158,10 +167,16 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Restart(arguments) => restart::restart(arguments, command.join(" ")),
         Command::Check { scene, preview } => {
             let preview = preview.map(|path| path.unwrap_or_else(|| default_preview(&scene.scene)));
-            on_scene(&scene, |loaded| check::check(loaded, preview.as_deref()))
+            on_scene(&scene, |loaded| match guard::spares(loaded, &[preview.as_deref()]) {
+                Ok(()) => check::check(loaded, preview.as_deref()),
+                Err(error) => refuse(&error),
+            })
         }
         Command::Jacobian { scene, json, export_tangent } => {
-            on_scene(&scene, |loaded| jacobian::jacobian(loaded, json, export_tangent.as_deref()))
+            on_scene(&scene, |loaded| match guard::spares(loaded, &[export_tangent.as_deref()]) {
+                Ok(()) => jacobian::jacobian(loaded, json, export_tangent.as_deref()),
+                Err(error) => refuse(&error),
+            })
         }
         Command::Render(arguments) => render::render(arguments),
         Command::Plot(arguments) => plot::plot(arguments),
@@ -180,7 +195,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 fn on_scene(arguments: &SceneArguments, then: impl FnOnce(&Scene) -> u8 + Send) -> u8 {
     let Ok(overrides) = overrides(&arguments.overrides) else { return WRONG_INPUT };
     let scene = match Scene::read(&arguments.scene, &overrides) {
-        Ok(scene) => scene,
+        Ok(mut scene) => {
+            scene.limit_memory(if arguments.ignore_memory { None } else { available_memory() });
+            scene
+        }
         Err(errors) => {
             complain(&errors.to_string());
             return WRONG_INPUT;
@@ -215,6 +233,12 @@ fn in_pool(threads: Option<usize>, then: impl FnOnce() -> u8 + Send) -> u8 {
             WRONG_INPUT
         }
     }
+}
+
+/// Prints why nothing is done.
+fn refuse(message: &str) -> u8 {
+    complain(message);
+    WRONG_INPUT
 }
 
 /// `results/NAME` for `path/to/NAME.toml`.
