@@ -49,8 +49,20 @@ fn words(target: &Target) -> Vec<Vec<u8>> {
 
 /// One to four changes as a fuzzer makes them.
 fn mutated(seed: &[u8], other: &[u8], words: &[Vec<u8>], numbers: &mut Numbers) -> Vec<u8> {
-    const NUMBERS: [&str; 12] =
-        ["0", "-1", "1e308", "1e-320", "nan", "-inf", "18446744073709551615", "-9223372036854775808", "1e400", "0.5", "7", ""];
+    const NUMBERS: [&str; 12] = [
+        "0",
+        "-1",
+        "1e308",
+        "1e-320",
+        "nan",
+        "-inf",
+        "18446744073709551615",
+        "-9223372036854775808",
+        "1e400",
+        "0.5",
+        "7",
+        "",
+    ];
     let mut bytes = seed.to_vec();
     for _ in 0..=numbers.below(4) {
         let at = numbers.below(bytes.len() + 1);
@@ -154,6 +166,11 @@ fn vtu() {
 #[test]
 fn tables() {
     tried("table", 10_000);
+}
+
+#[test]
+fn checkpoints() {
+    tried("checkpoint", 3000);
 }
 
 #[test]

@@ -43,8 +43,8 @@ mod overrides;
 mod read;
 pub mod schema;
 pub mod settings;
-pub(crate) mod sizes;
-mod source;
+mod sizes;
+pub(crate) mod source;
 mod times;
 mod units;
 
