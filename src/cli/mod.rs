@@ -1,4 +1,4 @@
-//! The command line: `run`, `restart`, `check`, `jacobian`, `list`, `sweep` and `collect`, and for results `render`,
+//! The command line: `new`, `run`, `restart`, `check`, `jacobian`, `list`, `sweep` and `collect`, and for results `render`,
 //! `report`, `plot`.
 //!
 //! Every command has a text of what it does and examples in `help.rs`; a test reads both.
@@ -11,11 +11,13 @@ mod standard;
 
 mod check;
 mod collect;
+mod completions;
 mod console;
 mod guard;
 mod help;
 mod jacobian;
 mod list;
+mod new;
 mod plot;
 mod render;
 mod report;
@@ -28,7 +30,7 @@ mod sweep;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 
 use console::complain;
 
@@ -58,6 +60,8 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Write a commented scene to begin with.
+    New(new::NewArguments),
     /// Run a scene and write its results.
     #[command(long_about = help::RUN, after_long_help = help::RUN_EXAMPLES)]
     Run {
@@ -121,6 +125,10 @@ enum Command {
         #[arg(default_value = "examples")]
         directory: PathBuf,
     },
+    /// Print a script that completes commands, options and files in a shell.
+    Completions(completions::CompletionsArguments),
+    /// Write manual pages.
+    Man(completions::ManArguments),
 }
 
 #[derive(Debug, Args)]
@@ -194,6 +202,9 @@ fn obey(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Collect(arguments) => collect::run_collect(&arguments),
         Command::Schema(arguments) => schema::schema(&arguments),
         Command::List { directory } => list::list(&directory),
+        Command::New(arguments) => new::run_new(&arguments),
+        Command::Completions(arguments) => completions::completions(&arguments, Arguments::command()),
+        Command::Man(arguments) => completions::man(&arguments, &Arguments::command()),
     }
 }
 
@@ -267,4 +278,49 @@ fn default_preview(scene: &std::path::Path) -> PathBuf {
 fn report_error(error: &RunError) -> u8 {
     complain(&error.to_string());
     if error.is_input() { WRONG_INPUT } else { FAILED }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{CommandFactory, Parser};
+
+    use super::Arguments;
+
+    /// The words of a command line, with texts in quotes as one word each.
+    fn words(line: &str) -> Vec<String> {
+        let line = line.replace("$SLURM_ARRAY_TASK_ID", "3").replace("$SLURM_CPUS_PER_TASK", "2");
+        let quoted = line.split('\'').enumerate();
+        let split = |(at, part): (usize, &str)| match at % 2 {
+            0 => part.split_whitespace().map(str::to_owned).collect(),
+            _ => vec![part.to_owned()],
+        };
+        quoted.flat_map(split).collect()
+    }
+
+    #[test]
+    fn every_command_says_what_it_does_and_its_examples_are_understood() {
+        let program = Arguments::command();
+        for command in std::iter::once(&program).chain(program.get_subcommands()) {
+            let name = command.get_name();
+            let help = command.get_after_long_help().map(ToString::to_string).unwrap_or_default();
+            assert!(help.contains("Examples:\n"), "{name}: no examples in src/cli/help.rs");
+            if name != "nicolson" {
+                let about = command.get_long_about().map(ToString::to_string).unwrap_or_default();
+                assert!(about.ends_with('.'), "{name}: no text in src/cli/help.rs");
+            }
+            let lines: Vec<&str> = help
+                .lines()
+                .filter_map(|line| line.strip_prefix("  "))
+                .filter(|line| line.starts_with("nicolson "))
+                .collect();
+            assert!(!lines.is_empty(), "{name}: no example begins with `  nicolson `");
+            for line in lines {
+                // What follows wide blanks is a comment.
+                let line = line.split("   ").next().unwrap_or_default();
+                let words = words(line);
+                assert!(name == "nicolson" || words[1] == name, "{line}: an example of {name}");
+                assert!(Arguments::try_parse_from(&words).is_ok(), "{line} is not understood");
+            }
+        }
+    }
 }

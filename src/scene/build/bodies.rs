@@ -8,8 +8,12 @@ use nalgebra::SVector;
 
 use super::shapes::{Filled, Plan, Shape, plan};
 use super::{material, name, stabilisation};
+<<<<<<< HEAD
+use crate::geometry::{BoxLattice, Group, number_along_curve, stencil_volumes};
+=======
 use crate::geometry::{BoxLattice, Group, stencil_volumes};
 use crate::kernel;
+>>>>>>> reliable
 use crate::scene::document::{BodyText, Document, Spanned, VolumeText};
 use crate::scene::findings::{Findings, Span};
 use crate::scene::sizes::{Accept, BodySize};
@@ -122,6 +126,12 @@ pub(super) fn make<const D: usize>(
         let lattice = shape.lattice().cloned();
         let Filled { particles: mut own, mut groups, mut record, .. } = shape.filled();
         volumes(text, lattice, smoothing * spacing, &mut own, findings);
+        if let Some(numbers) = number_along_curve(&mut own) {
+            for group in groups.values_mut() {
+                group.particles.iter_mut().for_each(|particle| *particle = numbers[*particle] as usize);
+                group.particles.sort_unstable();
+            }
+        }
         let (lower, upper) = bounds(&own);
         let has_faces = !own.faces.is_empty();
         if let Some(record) = &mut record {
