@@ -148,7 +148,7 @@ A study file names a scene and what varies: [grid] (all combinations), [[case]] 
 what was overridden. All scenes are validated before the first of them runs.
 
 Cases whose report says that the very same scene was completed are skipped: start a broken sweep again to go on. A case \
-that fails stops no other; it is run again next time unless --keep-failed is given. At the end the reports are \
+that was interrupted goes on from its checkpoint. One that fails stops no other; it is run again next time unless --keep-failed is given. At the end the reports are \
 collected into cases.csv. With --index N (from 1) only one case is run and nothing is collected: for job arrays, after \
 which `nicolson collect` makes the table.";
 /// How it is used.
@@ -193,3 +193,81 @@ Examples:
   nicolson collect results/dam-break-grid --out table.csv
 
 Exit codes: 0 done, 2 no such study, 3 the disk refused.";
+
+/// What it does.
+pub const NEW: &str = "\
+Write a commented scene to begin with.
+
+Templates are complete: they can be checked and run as they are. Files that exist are never overwritten.";
+/// How it is used.
+pub const NEW_EXAMPLES: &str = "\
+Examples:
+  nicolson new --list
+  nicolson new cantilever
+  nicolson new stl-part parts/hook.toml
+
+Exit codes: 0 done, 2 no such template, or a file that exists, 3 the disk refused.";
+
+/// What it does.
+pub const COMPLETIONS: &str = "\
+Print a script that completes commands, options and files in a shell.
+
+Put it where the shell looks for such scripts, or evaluate it when the shell starts.";
+/// How it is used.
+pub const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  nicolson completions bash
+  nicolson completions zsh
+  nicolson completions fish
+  nicolson completions powershell
+  nicolson completions elvish
+
+Where they go:
+  bash        nicolson completions bash > ~/.local/share/bash-completion/completions/nicolson
+  zsh         nicolson completions zsh > DIR/_nicolson, with DIR in $fpath
+  fish        nicolson completions fish > ~/.config/fish/completions/nicolson.fish
+  powershell  nicolson completions powershell | Out-String | Invoke-Expression
+  elvish      eval (nicolson completions elvish | slurp)";
+
+/// What it does.
+pub const MAN: &str = "\
+Write manual pages, one for the program and one for every command.
+
+They say what `--help` says.";
+/// How it is used.
+pub const MAN_EXAMPLES: &str = "\
+Examples:
+  nicolson man ~/.local/share/man/man1
+
+Exit codes: 0 done, 3 the disk refused.";
+
+/// What it does.
+pub const RESTART: &str = "\
+Go on from a checkpoint as if the run had never ended.
+
+Checkpoints are written as the scene says under [checkpoint], when a run is interrupted or fails, and on SIGUSR1. What \
+follows is bit for bit what an uninterrupted run computes. A scene that has changed is refused with the differences, \
+except for `time.end`, `output` and `checkpoint`, unless --force is given.";
+/// How it is used.
+pub const RESTART_EXAMPLES: &str = "\
+Examples:
+  nicolson restart results/beam
+  nicolson restart results/beam --set time.end=2.0
+  nicolson restart results/beam --out results/beam-again --threads 4
+
+Exit codes: 0 done, 2 no such checkpoint or another scene, 3 failed (results so far on disk), 130 interrupted (likewise).";
+
+/// What it does.
+pub const SCHEMA: &str = "\
+Print the JSON Schema of scenes, with which editors complete and check keys.
+
+Editors with a TOML language server (taplo, Even Better TOML) take it from the first line of a scene: \
+`#:schema ./scene.schema.json`. With --reference a page of Markdown with all keys is printed instead.";
+/// How it is used.
+pub const SCHEMA_EXAMPLES: &str = "\
+Examples:
+  nicolson schema
+  nicolson schema --reference
+
+As a file:
+  $ nicolson schema > scene.schema.json";

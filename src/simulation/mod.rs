@@ -15,6 +15,7 @@ pub mod diagnostics;
 mod frames;
 mod keeper;
 mod ledger;
+mod memory;
 mod preload;
 mod prepare;
 mod probes;
