@@ -1,6 +1,6 @@
 //! Checks `[time]`.
 
-use super::document::{AdaptiveText, Document, EffortText, Measure, SchemeText, Spanned, TimeText};
+use super::document::{AdaptiveText, Document, EffortText, Measure, Scalar, SchemeText, Spanned, TimeText};
 use super::findings::{Findings, Span};
 use super::settings::{Adaptive, Effort, Scheme, StepChoice, TimeSettings};
 use super::units::Time;
@@ -115,7 +115,19 @@ fn is_explicit(text: &TimeText) -> bool {
 fn step(time: &Spanned<TimeText>, findings: &mut Findings<'_>) -> Option<StepChoice> {
     let text = time.get_ref();
     match (&text.step, &text.cfl) {
-        (Some(step), None) => findings.positive(step, "step").map(StepChoice::Fixed),
+        (Some(step), None) => {
+            let value = findings.positive(step, "step")?;
+            let end = text.end.get_ref().value();
+            if value < end * f64::EPSILON {
+                findings.error(
+                    step.span(),
+                    format!("a step of {value:e} s is lost in rounding before the end at {end} s"),
+                    "give a larger step",
+                );
+                return None;
+            }
+            Some(StepChoice::Fixed(value))
+        }
         (None, Some(cfl)) => {
             if chosen(text) == SchemeText::Static {
                 findings.error(cfl.span(), "the scheme `static` has no waves, hence no CFL number", "give `step`");

@@ -3,7 +3,7 @@
 use nicolson_solvers::nonlinear::NewtonSolver;
 use nicolson_solvers::time::{Retries, Scheme, StageSystem, StepFailure, Stepper, System, TimeState};
 
-use super::{RunError, amplification, choices, preload};
+use super::{RunError, amplification, choices, memory, preload};
 use crate::model::{CheckPoint, Model, Ramp};
 use crate::scene::Scene;
 use crate::scene::settings::{self, StepChoice};
@@ -50,12 +50,29 @@ pub struct Forecast {
     pub linear: bool,
 }
 
+/// What memory is taken for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Counts {
+    pub particles: f64,
+    /// Entries of the lists of neighbours.
+    pub pairs: f64,
+    /// Gradient weights that are stored.
+    pub weights: f64,
+    pub unknowns: f64,
+    /// Entries of the tangent; 0 where it is not assembled.
+    pub entries: f64,
+    pub hourglass_entries: f64,
+    pub upwind: bool,
+    pub implicit: bool,
+    pub assembled: bool,
+}
+
 /// Builds model, initial state and stepper of a scene.
 ///
 /// # Errors
 /// [`RunError`] for an impossible scene.
 pub fn prepare<const D: usize>(scene: &Scene) -> Result<Prepared<D>, RunError> {
-    let (mut setup, mut warnings) = scene.setup::<D>()?;
+    let (mut setup, mut warnings) = scene.setup_if::<D>(&|bodies| memory::bearable::<D>(scene, bodies))?;
     let time = &scene.time;
     if time.scheme == settings::Scheme::EnergyMomentum {
         // Its step evolves J exactly and at no cost, and with more digits than a determinant after large shear.
@@ -216,37 +233,24 @@ impl<const D: usize> Prepared<D> {
         let implicit = self.stepper.scheme().is_implicit();
         let assembled = implicit && !scene.linear.is_matrix_free();
         let entries = if assembled { model.pattern_entries() } else { 0 };
-        let tensor = (D * D * 8) as f64;
-        let weights = model.gradient().weights.stored() as f64;
-        let mut memory = pairs * 8.0 + weights * 8.0 * D as f64 + particles as f64 * (5.0 * tensor + 200.0);
-        if model.upwind().is_some() {
-            memory += pairs * 8.0 * (1 + D) as f64;
-        }
-        if let Some(hourglass) = model.hourglass() {
-            memory += hourglass.entries() as f64 * 8.0;
-        }
-        if implicit && !assembled {
-            // Tangents of the stress, work space of the action, vectors of the iteration.
-            memory += particles as f64 * (tensor * tensor / 16.0 + 3.0 * tensor + 20.0 * D as f64 * 8.0);
-        }
-        if assembled {
-            // Values and columns, held twice (assembled and factored copy), slots, and a factor whose
-            // fill grows as n log n in 2D and n^(4/3) in 3D.
-            let n = self.unknowns() as f64;
-            let fill = match D {
-                1 => 3.0 * entries as f64,
-                2 => entries as f64 * (1.0 + 0.6 * n.max(2.0).log2()),
-                _ => entries as f64 * n.max(1.0).powf(1.0 / 3.0),
-            };
-            memory += entries as f64 * 32.0 + fill * 12.0 + pairs * pairs / particles.max(1) as f64 * 4.0;
-        }
+        let counts = Counts {
+            particles: particles as f64,
+            pairs,
+            weights: model.gradient().weights.stored() as f64,
+            unknowns: self.unknowns() as f64,
+            entries: entries as f64,
+            hourglass_entries: model.hourglass().map_or(0.0, |hourglass| hourglass.entries() as f64),
+            upwind: model.upwind().is_some(),
+            implicit,
+            assembled,
+        };
         let step = first_step(&scene.time, self.explicit_step_limit);
         Forecast {
             particles,
             unknowns: self.unknowns(),
             entries,
             mean_neighbours: pairs / particles.max(1) as f64,
-            memory,
+            memory: counts.memory::<D>(),
             explicit_step_limit: self.explicit_step_limit,
             step,
             steps: (scene.time.end / step).ceil(),

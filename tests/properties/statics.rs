@@ -109,14 +109,14 @@ fn energy_of<const D: usize>(case: &Case, model: &mut Model<D>, state: &[f64]) -
         size += (force * way).abs();
     }
     let size = size.max(1e-2 * summands(case, model) * model.smallest_distance());
-    let mut stored = |epsilon: f64| {
+    let stored = |epsilon: f64| {
         let moved: Vec<f64> =
             state.iter().enumerate().map(|(i, y)| y + epsilon * direction.get(i).unwrap_or(&0.0)).collect();
         let energies = model.energies(&moved);
         energies.internal + energies.hourglass
     };
     let scale = stored(0.0).abs();
-    let mut error = |epsilon: f64| {
+    let error = |epsilon: f64| {
         let change = stored(epsilon) - stored(-epsilon);
         ((change / (2.0 * epsilon) + power).abs() / size, 1e-14 * scale / (epsilon * size))
     };
