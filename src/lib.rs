@@ -54,6 +54,7 @@
 //! | [`model`] | the semi-discrete system, its Jacobian, its energies | files, time schemes |
 //! | [`output`] | VTU, CSV, plots and the report, from plain slices | what the numbers mean |
 //! | [`simulation`] | the run: prepare, step, keep the books, write | the terminal |
+//! | [`study`] | many runs of one scene: sweeps, orders of convergence | the terminal |
 //! | [`cli`] | the `nicolson` command; the only place that prints | |
 //!
 //! # An example
@@ -138,4 +139,5 @@ pub mod scene;
 pub mod setup;
 pub mod simulation;
 pub mod stabilisation;
+pub mod study;
 pub mod tensor;

@@ -18,6 +18,8 @@ pub mod nonlinear;
 pub mod time;
 
 mod evaluation;
+pub mod snapshot;
 pub mod vector;
 
 pub use evaluation::{EvaluationError, EvaluationFailure};
+pub use snapshot::{RestoreError, Snapshot};

@@ -21,6 +21,24 @@ pub fn complain(message: &str) {
     eprintln!("error: {message}");
 }
 
+/// A time for people: `8 s`, `12 min 5 s`, `3 h 40 min`, `2 d 5 h`.
+pub fn duration(seconds: f64) -> String {
+    if !seconds.is_finite() {
+        return "?".to_owned();
+    }
+    if seconds < 9.95 {
+        return format!("{seconds:.1} s");
+    }
+    let whole = seconds.round() as u64;
+    let (days, hours, minutes, rest) = (whole / 86_400, whole / 3600 % 24, whole / 60 % 60, whole % 60);
+    match (days, hours, minutes) {
+        (0, 0, 0) => format!("{rest} s"),
+        (0, 0, _) => format!("{minutes} min {rest} s"),
+        (0, _, _) => format!("{hours} h {minutes} min"),
+        _ => format!("{days} d {hours} h"),
+    }
+}
+
 /// Progress and summary of a run: a bar on a terminal, a plain line every few seconds elsewhere.
 pub struct Console {
     quiet: bool,

@@ -1,16 +1,21 @@
-//! The command line: `run`, `check`, `jacobian`, `list`, and for results `render`, `report`, `plot`.
+//! The command line: `run`, `check`, `jacobian`, `list`, `sweep` and `collect`, and for results `render`, `report`, `plot`.
+//!
+//! Every command has a text of what it does and examples in `help.rs`; a test reads both.
 //!
 //! Exit codes: 0 done; 2 wrong usage or scene; 3 the simulation failed numerically (or the disk
 //! refused), with the results so far on disk; 130 interrupted.
 
 mod check;
+mod collect;
 mod console;
+mod help;
 mod jacobian;
 mod list;
 mod plot;
 mod render;
 mod report;
 mod run;
+mod sweep;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -33,7 +38,7 @@ pub const INTERRUPTED: u8 = 130;
 
 /// Implicit-first Total Lagrangian SPH: a scene file in, a verified simulation out.
 #[derive(Debug, Parser)]
-#[command(name = "nicolson", version, about, long_about = None)]
+#[command(name = "nicolson", version, about, long_about = None, after_long_help = help::PROGRAM)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -42,6 +47,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Run a scene and write its results.
+    #[command(long_about = help::RUN, after_long_help = help::RUN_EXAMPLES)]
     Run {
         #[command(flatten)]
         scene: SceneArguments,
@@ -59,6 +65,7 @@ enum Command {
         solve_log: Option<PathBuf>,
     },
     /// Validate a scene and predict its cost; runs nothing.
+    #[command(long_about = help::CHECK, after_long_help = help::CHECK_EXAMPLES)]
     Check {
         #[command(flatten)]
         scene: SceneArguments,
@@ -67,6 +74,7 @@ enum Command {
         preview: Option<Option<PathBuf>>,
     },
     /// Check the analytic Jacobian of a scene: Taylor remainders per block and term, and differences.
+    #[command(long_about = help::JACOBIAN, after_long_help = help::JACOBIAN_EXAMPLES)]
     Jacobian {
         #[command(flatten)]
         scene: SceneArguments,
@@ -78,12 +86,20 @@ enum Command {
         export_tangent: Option<PathBuf>,
     },
     /// Draw frames of a run: a picture (PNG, SVG) or an animation (GIF).
+    #[command(long_about = help::RENDER, after_long_help = help::RENDER_EXAMPLES)]
     Render(render::RenderArguments),
     /// Plot a probe or a quantity of the history of several runs together.
+    #[command(long_about = help::PLOT, after_long_help = help::PLOT_EXAMPLES)]
     Plot(plot::PlotArguments),
     /// Write one HTML file that shows a run: ledger, convergence, histories, particles in motion. Works offline.
+    #[command(long_about = help::REPORT, after_long_help = help::REPORT_EXAMPLES)]
     Report(report::ReportArguments),
+    /// Run one scene with many values of its keys: grids, lists, convergence studies.
+    Sweep(sweep::SweepArguments),
+    /// Collect the reports of a study into one table.
+    Collect(collect::CollectArguments),
     /// List schemes, solvers, laws and kernels, and the scenes of a directory.
+    #[command(long_about = help::LIST, after_long_help = help::LIST_EXAMPLES)]
     List {
         /// Directory with scene files.
         #[arg(default_value = "examples")]
@@ -132,6 +148,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Render(arguments) => render::render(arguments),
         Command::Plot(arguments) => plot::plot(arguments),
         Command::Report(arguments) => report::report(arguments),
+        Command::Sweep(arguments) => sweep::run_study(&arguments, command.join(" ")),
+        Command::Collect(arguments) => collect::run_collect(&arguments),
         Command::List { directory } => list::list(&directory),
     }
 }

@@ -118,6 +118,7 @@ impl<const D: usize> Model<D> {
             rates: RateSpace::new(&setup),
             stage: Stage::default(),
             linearisation: Linearisation::default(),
+            keeps_points: false,
             linear: false,
             terms: Terms::ALL,
             cfl: cfl.unwrap_or(DEFAULT_CFL),

@@ -37,6 +37,20 @@ pub struct StepStart<const D: usize> {
 }
 
 impl<const D: usize> StepStart<D> {
+    /// Numbers that it is made of.
+    pub(super) const NUMBERS: usize = D * D + 2;
+
+    /// The deformation gradient by columns, and the rest.
+    pub(super) fn to_numbers(&self) -> impl Iterator<Item = f64> {
+        self.deformation.iter().copied().chain([self.volume_ratio, self.ratio])
+    }
+
+    /// From [`NUMBERS`](Self::NUMBERS) numbers.
+    pub(super) fn from_numbers(numbers: &[f64]) -> Self {
+        let (deformation, rest) = numbers.split_at(D * D);
+        Self { deformation: Tensor::from_column_slice(deformation), volume_ratio: rest[0], ratio: rest[1] }
+    }
+
     /// `H*/ratio` over the step to a mean configuration.
     pub(super) fn secant(&self, mean: &Tensor<D>) -> Option<CofactorSecant<D>> {
         CofactorSecant::new(self.deformation, *mean)

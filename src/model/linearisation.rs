@@ -13,6 +13,9 @@
 //! All `∂H/∂F` are self-adjoint. Where J is eliminated from the stage, `δJ = (H + s ∂J̇/∂F) : δF / (1 −
 //! s ∂J̇/∂J)`, because `δF = s δL`; that chain is folded into the derivative of the stress.
 
+use std::sync::Arc;
+
+use nicolson_solvers::Snapshot;
 use nicolson_solvers::linear::SparsePattern;
 use rayon::prelude::*;
 
@@ -57,6 +60,8 @@ pub struct Linearisation<const D: usize> {
     pub at_rest: bool,
     /// Whether derivatives of a point are there.
     pub taken: bool,
+    /// The point, if it is to be kept in mind; see `point`.
+    pub point: Option<Arc<Snapshot>>,
     /// `V ∂P/∂F` of all particles, with J eliminated if it is not an unknown.
     pub stress: StressTangents<D>,
     /// The other derivatives; empty where the stress is all there is: velocities alone, without stabilisation.
@@ -104,6 +109,7 @@ impl<const D: usize> Model<D> {
         let mut frozen = std::mem::take(&mut self.linearisation);
         frozen.shift = self.stage.shift;
         frozen.at_rest = self.stage.at_rest;
+        frozen.point = self.keeps_points.then(|| Arc::new(self.point()));
         frozen.one_ring.take();
         let n = self.particles();
         if self.upwind.is_some() {

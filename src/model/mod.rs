@@ -20,6 +20,7 @@
 //! | `rate` | explicit rates of scenes without pair terms, block by block |
 //! | `hourglass` | the control's forces and entries |
 //! | `volume` | where the volume ratio comes from |
+//! | `point` | where the equations were linearised, for restarts |
 //! | `unknowns` | which numbers an implicit stage solves for |
 //! | `stage` | `u = ũ + s f(t, u)` as a nonlinear problem |
 //! | `conserving` | the discrete-gradient step that conserves energy |
@@ -42,6 +43,7 @@ mod hourglass;
 mod jacobian;
 mod linearisation;
 mod loads;
+mod point;
 mod projection;
 mod rate;
 mod rows;
@@ -155,6 +157,8 @@ pub struct Model<const D: usize> {
     rates: rate::RateSpace<D>,
     stage: Stage<D>,
     linearisation: Linearisation<D>,
+    /// Whether points of linearisation are kept in mind.
+    keeps_points: bool,
     clocks: Clocks,
 }
 

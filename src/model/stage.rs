@@ -7,12 +7,13 @@
 //! R_v = m (v − ṽ) − s f(t, u, v, J)        R_J = m c⁰ (J − J̃ − s J̇)        R_u = m (u − ũ − s v)/s
 //! ```
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use nicolson_solvers::linear::Tangent;
 use nicolson_solvers::nonlinear::NonlinearProblem;
 use nicolson_solvers::time::{ConservingSystem, EquilibriumSystem, RatePart, StageSystem, System};
-use nicolson_solvers::{EvaluationError, vector};
+use nicolson_solvers::{EvaluationError, RestoreError, Snapshot, vector};
 
 use super::conserving::StepStart;
 use super::evaluation::VolumeRatios;
@@ -287,6 +288,14 @@ impl<const D: usize> NonlinearProblem for Model<D> {
 
     fn tangent(&self) -> &dyn Tangent {
         self
+    }
+
+    fn linearisation_point(&self) -> Option<Arc<Snapshot>> {
+        self.linearisation.point.clone().filter(|_| self.linearisation.taken)
+    }
+
+    fn linearise_again(&mut self, point: &Snapshot) -> Result<(), RestoreError> {
+        self.linearise_at(point)
     }
 
     fn constant_tangent(&self) -> Option<u64> {

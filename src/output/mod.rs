@@ -42,6 +42,7 @@ mod quantity;
 mod render;
 mod report;
 mod report_parts;
+mod slope;
 mod splat;
 mod stored_frame;
 mod stored_run;
@@ -71,9 +72,11 @@ pub use report_parts::{
     BalanceWork, Bottleneck, EnergyBudget, ErrorNorms, LinearWork, NewtonWork, ProbeState, Provenance, Status, Steps,
     WallSeconds,
 };
+pub use slope::Slope;
 pub use stored_frame::{StoredField, StoredFrame};
 pub use stored_run::StoredRun;
 pub use stored_table::StoredTable;
 pub use table::Table;
+pub(crate) use text::number as number_text;
 pub use view::View;
 pub use vtu::{Frame, OutOfPlane, Precision, Tensor};

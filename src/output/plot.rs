@@ -14,6 +14,7 @@ use super::chart::{Area, Chart};
 use super::colour::LINES;
 use super::curve::{Look, Style, draw_curve, thinned};
 use super::legend::Legend;
+use super::slope::Slope;
 
 /// Width and height of a plot in points.
 pub(super) const SIZE: (f64, f64) = (760.0, 460.0);
@@ -52,6 +53,8 @@ pub struct LinePlot {
     pub x_range: Option<(f64, f64)>,
     /// Ends of the y axis before its margin; `None`: those of the data.
     pub y_range: Option<(f64, f64)>,
+    /// Triangles that show slopes; on two logarithmic axes.
+    pub slopes: Vec<Slope>,
     /// Width and height in points; 0 for the usual ones.
     pub size: (f64, f64),
 }
@@ -130,7 +133,8 @@ impl LinePlot {
             None => Axis::new(values, log, margin),
         };
         let x = axis(self.x_range, &mut pairs().filter(shown).map(|pair| pair.0), self.log_x, margin);
-        let y = axis(self.y_range, &mut pairs().filter(shown).map(|pair| pair.1), self.log_y, 0.06);
+        let feet = self.slopes.iter().map(Slope::foot);
+        let y = axis(self.y_range, &mut pairs().filter(shown).map(|pair| pair.1).chain(feet), self.log_y, 0.06);
         let size = self.size();
         let area = Area {
             left: Chart::room_left(&y),
@@ -141,7 +145,8 @@ impl LinePlot {
         let mut chart = Chart { title: &self.title, x_label: &self.x_label, y_label: &self.y_label, x, y, area };
         let legend = if has_legend { self.legend(area.height()) } else { Legend::default() };
         let curves = |chart: &Chart<'_>| -> Vec<Vec<Point>> {
-            self.series.iter().flat_map(|series| Self::pieces(chart, series)).collect()
+            let triangles = self.slopes.iter().filter_map(|slope| slope.corners(chart)).map(|corners| corners.to_vec());
+            self.series.iter().flat_map(|series| Self::pieces(chart, series)).chain(triangles).collect()
         };
         let place = legend.free_place(area, &curves(&chart));
         if place.is_none() && !legend.is_empty() {
@@ -157,6 +162,7 @@ impl LinePlot {
                 draw_curve(canvas, &piece, look)?;
             }
         }
+        self.slopes.iter().try_for_each(|slope| slope.draw(canvas, &chart))?;
         if legend.is_empty() {
             return Ok(());
         }

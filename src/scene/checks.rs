@@ -60,7 +60,7 @@ impl Findings<'_> {
     }
 
     /// As many fields as there are dimensions.
-    pub fn fields<const D: usize>(&mut self, list: &FieldList, name: &str) -> Option<[Expression; D]> {
+    pub(super) fn fields<const D: usize>(&mut self, list: &FieldList, name: &str) -> Option<[Expression; D]> {
         self.length::<D>(list.get_ref().len(), list.span(), name)?;
         let fields: Vec<Expression> = list.get_ref().iter().filter_map(|field| self.field::<D>(field)).collect();
         fields.try_into().ok()
@@ -79,7 +79,7 @@ impl Findings<'_> {
     }
 
     /// A number or an expression without coordinates that do not exist.
-    pub fn field<const D: usize>(&mut self, field: &Spanned<Field>) -> Option<Expression> {
+    pub(super) fn field<const D: usize>(&mut self, field: &Spanned<Field>) -> Option<Expression> {
         match field.get_ref() {
             Field::Number(value) if value.is_finite() => Some(Expression::constant(*value)),
             Field::Number(value) => {

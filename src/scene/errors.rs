@@ -23,7 +23,7 @@ pub struct SceneError {
 
 impl SceneError {
     /// A mistake without a place inside a text.
-    pub(super) fn of_file(origin: impl Into<String>, message: impl Into<String>, remedy: impl Into<String>) -> Self {
+    pub(crate) fn of_file(origin: impl Into<String>, message: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {
             origin: origin.into(),
             line: None,
@@ -78,7 +78,7 @@ pub struct SceneErrors {
 }
 
 impl SceneErrors {
-    pub(super) fn new(errors: Vec<SceneError>) -> Self {
+    pub(crate) fn new(errors: Vec<SceneError>) -> Self {
         Self { errors }
     }
 

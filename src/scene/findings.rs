@@ -6,11 +6,11 @@ use super::errors::{SceneError, SceneErrors};
 use super::source::Source;
 
 /// Bytes of the imaginary text of a [`Source`].
-pub(super) type Span = Range<usize>;
+pub(crate) type Span = Range<usize>;
 
 /// Collected mistakes and warnings.
 #[derive(Debug)]
-pub(super) struct Findings<'a> {
+pub(crate) struct Findings<'a> {
     pub source: &'a Source,
     errors: Vec<(Span, SceneError)>,
     warnings: Vec<String>,

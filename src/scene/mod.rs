@@ -33,24 +33,27 @@
 mod build;
 mod checks;
 mod document;
+mod difference;
 mod errors;
-mod findings;
+mod files;
+pub(crate) mod findings;
 mod messages;
 mod numerics;
 mod overrides;
 mod read;
 pub mod settings;
-mod source;
+pub(crate) mod source;
 mod times;
 
 use std::path::{Path, PathBuf};
 
+pub use difference::differences;
 pub use errors::{SceneError, SceneErrors};
 
 use crate::setup::Setup;
 use document::Document;
 use findings::Findings;
-use settings::{LinearSettings, NewtonSettings, OutputSettings, TimeSettings};
+use settings::{CheckpointSettings, LinearSettings, NewtonSettings, OutputSettings, TimeSettings};
 use source::Source;
 
 /// Most particles that [`Scene::setup`] makes.
@@ -69,6 +72,8 @@ pub struct Scene {
     pub linear: LinearSettings,
     /// Table `[output]`.
     pub output: OutputSettings,
+    /// Table `[checkpoint]`.
+    pub checkpoint: CheckpointSettings,
     dimension: usize,
     document: Document,
     source: Source,
@@ -106,6 +111,7 @@ impl Scene {
         let newton = numerics::newton(&document, &mut findings);
         let linear = numerics::linear(&document, &mut findings);
         let output = numerics::output(&document, &mut findings);
+        let checkpoint = numerics::checkpoint(&document, &mut findings);
         let dimension = *document.dimension.get_ref();
         if !(1..=3).contains(&dimension) {
             let message = format!("`dimension` is {dimension}");
@@ -132,6 +138,7 @@ impl Scene {
             newton,
             linear,
             output,
+            checkpoint,
             dimension: dimension as usize,
             document,
             source,
@@ -149,6 +156,21 @@ impl Scene {
     /// The text of the scene with all overrides in it: reading it again gives the same scene.
     pub fn text(&self) -> &str {
         &self.effective
+    }
+
+    /// The file that the scene was read from, or what stands for it in messages.
+    pub fn name(&self) -> &str {
+        self.source.name()
+    }
+
+    /// Where the files that the scene names are sought from.
+    pub fn base(&self) -> &Path {
+        &self.base
+    }
+
+    /// The files that bodies are read from, as the scene names them, each once.
+    pub fn files(&self) -> Vec<String> {
+        files::files(&self.document)
     }
 
     /// Makes the particles, applies selectors, evaluates fields. Also gives warnings: what is possible but

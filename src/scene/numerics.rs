@@ -1,9 +1,9 @@
-//! Checks `[newton]`, `[linear]` and `[output]`.
+//! Checks `[newton]`, `[linear]`, `[output]` and `[checkpoint]`.
 
 use super::document::{Document, Number, SchemeText, Spanned, VolumeRatioText};
 use super::findings::Findings;
 use super::settings::{
-    LineSearch, LinearSettings, NewtonSettings, OutputField, OutputSettings, Scheme, TangentPolicy, Unknowns,
+    CheckpointSettings, LineSearch, LinearSettings, NewtonSettings, OutputField, OutputSettings, Scheme, TangentPolicy, Unknowns,
 };
 
 /// `[newton]`.
@@ -147,5 +147,24 @@ pub(super) fn output(document: &Document, findings: &mut Findings<'_>) -> Output
     }
     settings.plots = text.plots.unwrap_or(settings.plots);
     settings.history = text.history.unwrap_or(settings.history);
+    settings
+}
+
+/// `[checkpoint]`.
+pub(super) fn checkpoint(document: &Document, findings: &mut Findings<'_>) -> CheckpointSettings {
+    let Some(text) = &document.checkpoint else { return CheckpointSettings::default() };
+    let mut settings = CheckpointSettings { at_end: true, ..CheckpointSettings::default() };
+    settings.every_steps = text.every_steps.as_ref().and_then(|steps| findings.at_least_one(steps, "every_steps"));
+    settings.every_seconds = text.every_seconds.as_ref().and_then(|time| findings.positive(time, "every_seconds"));
+    if let Some(keep) = &text.keep {
+        settings.keep = usize::try_from(*keep.get_ref()).unwrap_or(usize::MAX);
+        if settings.keep == 0 && (settings.every_steps.is_some() || settings.every_seconds.is_some()) {
+            findings.error(
+                keep.span(),
+                "`keep = 0` writes no checkpoints, and `every_steps` or `every_seconds` asks for some",
+                "keep at least one, or remove the other keys",
+            );
+        }
+    }
     settings
 }

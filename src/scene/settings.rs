@@ -1,4 +1,4 @@
-//! How a scene wants to be computed: time scheme, Newton's method, linear solver, output. Every field has one
+//! How a scene wants to be computed: time scheme, Newton's method, linear solver, output, checkpoints. Every field has one
 //! documented default; every number has been checked.
 
 mod time;
@@ -250,6 +250,26 @@ pub struct OutputSettings {
 impl Default for OutputSettings {
     fn default() -> Self {
         Self { interval: None, fields: OutputField::ALL.to_vec(), plots: true, history: true }
+    }
+}
+
+/// The table `[checkpoint]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CheckpointSettings {
+    /// Steps between checkpoints; default none.
+    pub every_steps: Option<usize>,
+    /// Wall-clock seconds between checkpoints; default none.
+    pub every_seconds: Option<f64>,
+    /// Checkpoints that are kept, the newest; 0 writes none at all. Default 2.
+    pub keep: usize,
+    /// Whether one is written when the run is complete: if the scene has the table. One that is interrupted or fails
+    /// leaves one in any case.
+    pub at_end: bool,
+}
+
+impl Default for CheckpointSettings {
+    fn default() -> Self {
+        Self { every_steps: None, every_seconds: None, keep: 2, at_end: false }
     }
 }
 

@@ -9,7 +9,7 @@ use super::errors::SceneError;
 
 /// The imaginary text.
 #[derive(Debug, Clone)]
-pub(super) struct Source {
+pub(crate) struct Source {
     name: String,
     text: String,
     /// `key=value`, with the place of its first byte.
@@ -30,6 +30,11 @@ impl Source {
             })
             .collect();
         Self { name: name.to_owned(), text: text.to_owned(), overrides }
+    }
+
+    /// Name of the file.
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     /// Place of the first byte of an override.

@@ -21,6 +21,7 @@
 //! Costs are counted, not timed (see [`Effort`](super::Effort)): choices are the same on every machine and for any number
 //! of threads. They do depend on the history of the solver.
 
+mod memory;
 mod paths;
 
 use std::time::Duration;
@@ -31,7 +32,8 @@ use super::effort::{Costs, effort_of, estimated_factor};
 use super::krylov::Krylov;
 use super::ldlt::{EliminationOrder, SymmetricFactors, Variant};
 use super::precondition::SymmetricPart;
-use super::{LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, Symmetry, Tangent};
+use super::{LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, OperatorAge, Symmetry, Tangent};
+use crate::snapshot::{RestoreError, Snapshot};
 
 /// A solver without a factor takes hardly fewer iterations than this to any useful accuracy.
 const FEW_ITERATIONS: f64 = 15.0;
@@ -220,6 +222,18 @@ impl LinearSolver for Automatic {
 
     fn late_preparation(&self) -> Duration {
         self.late
+    }
+
+    fn keeps_older_operator(&self) -> bool {
+        self.has_older_operator()
+    }
+
+    fn save(&self) -> Snapshot {
+        self.saved()
+    }
+
+    fn restore(&mut self, saved: &Snapshot, tangent: &dyn Tangent, age: OperatorAge) -> Result<(), RestoreError> {
+        self.take_back(saved, tangent, age)
     }
 
     fn solve_unchecked(&mut self, b: &[f64], x: &mut [f64]) -> Option<Result<(), LinearError>> {

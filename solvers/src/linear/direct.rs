@@ -9,7 +9,8 @@ use super::effort::FactorSize;
 use super::factor::{FactoredMatrix, Factors};
 use super::gmres::Gmres;
 use super::iteration::{ApproximateInverse, Limits, check_vectors, misses, residual};
-use super::{LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, Tangent};
+use super::{LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, OperatorAge, Tangent};
+use crate::snapshot::{RestoreError, Snapshot};
 use crate::vector::{axpy, first_not_finite, max_norm, norm};
 
 /// Refinement goes on while each step shrinks the residual to this fraction.
@@ -48,6 +49,18 @@ impl Direct {
         self.factor.size_of_factor()
     }
 
+    /// The work space of a factored matrix.
+    fn make_room(&mut self, n: usize) {
+        self.residual.resize(n, 0.0);
+        self.correction.resize(n, 0.0);
+        self.previous.resize(n, 0.0);
+    }
+
+    /// The counters of a solver that does not take part at present.
+    pub(super) fn set_counts(&mut self, counts: LinearCounts) {
+        self.counts = counts;
+    }
+
     /// Whether the residual is what rounding leaves of `b − A x`: iterating would change nothing.
     fn at_rounding(&self, x: &[f64], b: &[f64]) -> bool {
         let noise = f64::EPSILON * (self.factor.magnitude() * max_norm(x) + max_norm(b));
@@ -73,10 +86,7 @@ impl LinearSolver for Direct {
 
     fn prepare(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
         self.factor.prepare(tangent, &mut self.counts)?;
-        let n = tangent.size();
-        self.residual.resize(n, 0.0);
-        self.correction.resize(n, 0.0);
-        self.previous.resize(n, 0.0);
+        self.make_room(tangent.size());
         Ok(())
     }
 
@@ -101,6 +111,25 @@ impl LinearSolver for Direct {
         tolerance: f64,
     ) -> Result<LinearReport, LinearError> {
         self.solve_within(tangent, b, x, tolerance, ACCELERATED, None)
+    }
+
+    fn save(&self) -> Snapshot {
+        let mut saved = self.counts.save();
+        saved.put_flag("ready", self.factor.size().is_some());
+        saved.put_part("factor", self.factor.save());
+        saved
+    }
+
+    fn restore(&mut self, saved: &Snapshot, tangent: &dyn Tangent, age: OperatorAge) -> Result<(), RestoreError> {
+        if age == OperatorAge::Older {
+            return Ok(());
+        }
+        if saved.flag("ready")? {
+            self.factor.restore(&saved.part("factor"), tangent, age)?;
+            self.make_room(tangent.size());
+        }
+        self.counts = LinearCounts::restored(saved)?;
+        Ok(())
     }
 }
 
@@ -204,6 +233,19 @@ macro_rules! delegate_to_direct {
                 tolerance: f64,
             ) -> Result<crate::linear::LinearReport, crate::linear::LinearError> {
                 self.0.solve(tangent, b, x, tolerance)
+            }
+
+            fn save(&self) -> crate::snapshot::Snapshot {
+                self.0.save()
+            }
+
+            fn restore(
+                &mut self,
+                saved: &crate::snapshot::Snapshot,
+                tangent: &dyn crate::linear::Tangent,
+                age: crate::linear::OperatorAge,
+            ) -> Result<(), crate::snapshot::RestoreError> {
+                self.0.restore(saved, tangent, age)
             }
         }
     };

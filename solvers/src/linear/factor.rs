@@ -13,7 +13,8 @@ use std::sync::Arc;
 use super::effort::FactorSize;
 use super::iteration::{ApproximateInverse, is_known, misses};
 use super::scaling::Equilibration;
-use super::{LinearCounts, LinearError, SparsePattern, Symmetry, Tangent};
+use super::{LinearCounts, LinearError, OperatorAge, SparsePattern, Symmetry, Tangent};
+use crate::snapshot::{RestoreError, Snapshot};
 use crate::vector::{first_not_finite, max_norm, norm};
 
 /// Estimated condition above which a matrix counts as singular: no digit of a solution is left.
@@ -24,6 +25,9 @@ const SUSPICIOUS: f64 = 1e8;
 const STABLE: f64 = 1e-8;
 /// Backward error of the probe up to which refinement can still be trusted to repair the solution.
 const REPAIRABLE: f64 = 1e-2;
+
+/// More variants than any factorisation has.
+const MOST_FALLS: usize = 8;
 
 /// A sparse factorisation of one kind. Sizes are positive; values are finite and equilibrated.
 pub(super) trait Factors: Send {
@@ -50,6 +54,11 @@ pub(super) trait Factors: Send {
 
     /// Goes back to the first variant.
     fn restore(&mut self) {}
+
+    /// How many times it has fallen back from the first variant.
+    fn falls(&self) -> usize {
+        0
+    }
 
     /// Whether the factor shows by itself that it is stable and far from singular.
     fn is_evidently_good(&self) -> bool {
@@ -288,6 +297,27 @@ impl ApproximateInverse for FactoredMatrix {
 
     fn fill(&self) -> usize {
         if self.values.is_empty() { 0 } else { self.factors.fill() }
+    }
+
+    fn save(&self) -> Snapshot {
+        let mut saved = Snapshot::new();
+        saved.put_counts("falls", &[self.factors.falls()]);
+        saved
+    }
+
+    fn restore(&mut self, saved: &Snapshot, tangent: &dyn Tangent, age: OperatorAge) -> Result<(), RestoreError> {
+        if age == OperatorAge::Older {
+            return Ok(());
+        }
+        let mut counts = LinearCounts::default();
+        if let Some(pattern) = tangent.pattern().filter(|pattern| pattern.size() > 0) {
+            // The variant stays from matrix to matrix, and so decides the bits.
+            self.analyse(pattern, tangent, &mut counts)?;
+            for _ in 0..saved.count("falls")?.min(MOST_FALLS) {
+                self.factors.fall_back(pattern)?;
+            }
+        }
+        Ok(self.prepare(tangent, &mut counts)?)
     }
 }
 

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{LinearCounts, LinearError, SparsePattern, Tangent};
+use super::{LinearCounts, LinearError, OperatorAge, SparsePattern, Tangent};
+use crate::snapshot::{RestoreError, Snapshot};
 use crate::vector::norm;
 
 /// `out = A v`.
@@ -27,6 +28,22 @@ pub(super) trait ApproximateInverse: Send {
 
     /// Stored entries.
     fn fill(&self) -> usize;
+
+    /// As [`keeps_older_operator`](super::LinearSolver::keeps_older_operator).
+    fn keeps_older_operator(&self) -> bool {
+        false
+    }
+
+    /// As [`save`](super::LinearSolver::save).
+    fn save(&self) -> Snapshot {
+        Snapshot::new()
+    }
+
+    /// As [`restore`](super::LinearSolver::restore); the counts are the caller's to put right.
+    fn restore(&mut self, saved: &Snapshot, tangent: &dyn Tangent, age: OperatorAge) -> Result<(), RestoreError> {
+        let _ = saved;
+        if age == OperatorAge::Last { Ok(self.prepare(tangent, &mut LinearCounts::default())?) } else { Ok(()) }
+    }
 }
 
 /// When an iteration ends.

@@ -14,9 +14,10 @@ use super::gmres::Gmres;
 use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, check_vectors, is_known, misses, residual};
 use super::minres::Minres;
 use super::{
-    CoarseMatrix, Geometry, LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, Places,
+    CoarseMatrix, Geometry, LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, OperatorAge, Places,
     SparseMatrix, SparsePattern, Symmetry, Tangent, Tents, precondition,
 };
+use crate::snapshot::{RestoreError, Snapshot};
 use crate::vector::{axpy, dot, first_not_finite, max_norm, norm};
 
 /// Assembled and matrix-free products of the same operator differ by rounding only.
@@ -28,6 +29,23 @@ pub(super) enum Method {
     BiCgStab(BiCgStab),
     Cg(Cg),
     Minres(Minres),
+}
+
+/// Tells the one failure after which an operator is shown with its entries.
+trait IsNeedOfEntries {
+    fn is_need_of_entries(&self) -> bool;
+}
+
+impl IsNeedOfEntries for LinearError {
+    fn is_need_of_entries(&self) -> bool {
+        matches!(self, Self::NeedsEntries { .. })
+    }
+}
+
+impl IsNeedOfEntries for RestoreError {
+    fn is_need_of_entries(&self) -> bool {
+        matches!(self, Self::Linear(error) if error.is_need_of_entries())
+    }
 }
 
 /// A Krylov method with its preconditioner.
@@ -211,6 +229,38 @@ impl Krylov {
         Ok(())
     }
 
+    /// Shows the preconditioner the operator as it may see it.
+    fn with_preconditioner<E: From<LinearError> + IsNeedOfEntries>(
+        &mut self,
+        tangent: &dyn Tangent,
+        mut show: impl FnMut(&mut dyn ApproximateInverse, &mut LinearCounts, &dyn Tangent) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let Self { preconditioner, counts, .. } = self;
+        match self.matrix.as_ref().filter(|_| self.assembled) {
+            Some(matrix) => show(&mut **preconditioner, counts, &Assembled { tangent, values: matrix.values() }),
+            None if self.options.operator == Operator::MatrixFree => {
+                match show(&mut **preconditioner, counts, &WithoutEntries { tangent }) {
+                    // It cannot do without them: only the products are free of entries then.
+                    Err(error) if error.is_need_of_entries() => show(&mut **preconditioner, counts, tangent),
+                    outcome => outcome,
+                }
+            }
+            None => show(&mut **preconditioner, counts, tangent),
+        }
+    }
+
+    /// The work space of a prepared solver.
+    fn make_room(&mut self, n: usize) {
+        self.right.resize(n, 0.0);
+        self.work.iter_mut().for_each(|w| w.resize(n, 0.0));
+        self.size = Some(n);
+    }
+
+    /// The counters of a solver that does not take part at present.
+    pub(super) fn set_counts(&mut self, counts: LinearCounts) {
+        self.counts = counts;
+    }
+
     /// Whether the assembled entries are still those of the operator, judged by one product.
     fn is_current(&mut self, tangent: &dyn Tangent) -> bool {
         let Some(matrix) = self.matrix.as_ref().filter(|_| self.assembled) else { return false };
@@ -298,26 +348,30 @@ impl LinearSolver for Krylov {
             return Err(LinearError::NeedsSymmetry { solver: self.name() });
         }
         self.assemble(tangent)?;
-        match self.matrix.as_ref().filter(|_| self.assembled) {
-            Some(matrix) => {
-                let known = Assembled { tangent, values: matrix.values() };
-                self.preconditioner.prepare(&known, &mut self.counts)?;
-            }
-            None if self.options.operator == Operator::MatrixFree => {
-                match self.preconditioner.prepare(&WithoutEntries { tangent }, &mut self.counts) {
-                    // It cannot do without them: only the products are free of entries then.
-                    Err(LinearError::NeedsEntries { .. }) => {
-                        self.preconditioner.prepare(tangent, &mut self.counts)?;
-                    }
-                    outcome => outcome?,
-                }
-            }
-            None => self.preconditioner.prepare(tangent, &mut self.counts)?,
+        self.with_preconditioner(tangent, |inverse, counts, tangent| inverse.prepare(tangent, counts))?;
+        self.make_room(tangent.size());
+        Ok(())
+    }
+
+    fn keeps_older_operator(&self) -> bool {
+        self.size.is_some() && self.preconditioner.keeps_older_operator()
+    }
+
+    fn save(&self) -> Snapshot {
+        let mut saved = self.counts.save();
+        saved.put_flag("ready", self.size.is_some());
+        saved.put_part("preconditioner", self.preconditioner.save());
+        saved
+    }
+
+    fn restore(&mut self, saved: &Snapshot, tangent: &dyn Tangent, age: OperatorAge) -> Result<(), RestoreError> {
+        if saved.flag("ready")? {
+            self.assemble(tangent)?;
+            let part = saved.part("preconditioner");
+            self.with_preconditioner(tangent, |inverse, _, tangent| inverse.restore(&part, tangent, age))?;
+            self.make_room(tangent.size());
         }
-        let n = tangent.size();
-        self.right.resize(n, 0.0);
-        self.work.iter_mut().for_each(|w| w.resize(n, 0.0));
-        self.size = Some(n);
+        self.counts = LinearCounts::restored(saved)?;
         Ok(())
     }
 

@@ -274,6 +274,14 @@ impl Factors for SymmetricFactors {
         self.variant = self.wanted;
     }
 
+    fn falls(&self) -> usize {
+        match self.variant {
+            Variant::Cholesky | Variant::Ldlt => 0,
+            Variant::Pivoted => 1,
+            Variant::General => 2,
+        }
+    }
+
     fn solve(&mut self, x: &mut [f64]) {
         if let (Variant::General, Some(general)) = (self.variant, &mut self.general) {
             return general.solve(x);

@@ -49,6 +49,8 @@ mod stored;
 
 use std::sync::Arc;
 
+use crate::snapshot::{RestoreError, Snapshot};
+
 pub use choice::{
     AutomaticOptions, InvalidChoice, KrylovOptions, LinearSolverChoice, Operator, Preconditioner, PreconditionerMatrix,
 };
@@ -143,6 +145,20 @@ pub trait Tangent: Sync {
     /// direct neighbours only, say).
     fn sparser(&self) -> Option<&dyn Tangent> {
         None
+    }
+}
+
+impl LinearCounts {
+    pub(crate) fn save(&self) -> Snapshot {
+        let Self { analyses, factorisations, solves, iterations } = *self;
+        let mut saved = Snapshot::new();
+        saved.put_counts("counts", &[analyses, factorisations, solves, iterations]);
+        saved
+    }
+
+    pub(crate) fn restored(saved: &Snapshot) -> Result<Self, RestoreError> {
+        let [analyses, factorisations, solves, iterations] = saved.counts("counts")?;
+        Ok(Self { analyses, factorisations, solves, iterations })
     }
 }
 
@@ -275,6 +291,16 @@ pub enum LinearError {
     },
 }
 
+/// Which operator a solver is given back when it is [restored](LinearSolver::restore).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OperatorAge {
+    /// One before the last, that parts of the solver were made of; only where it
+    /// [keeps such parts](LinearSolver::keeps_older_operator).
+    Older,
+    /// The one it was prepared with last.
+    Last,
+}
+
 /// Solves `A x = b` for one operator after another.
 pub trait LinearSolver: Send {
     /// Name, size, fill and threads of the last prepared operator.
@@ -293,6 +319,27 @@ pub trait LinearSolver: Send {
     /// Time spent in solves, so far, on factors that turned out to be needed: it belongs to preparation.
     fn late_preparation(&self) -> std::time::Duration {
         std::time::Duration::ZERO
+    }
+
+    /// Whether a part of it was made of an older operator than that of the last [`prepare`](Self::prepare) (or of a
+    /// [`solve`](Self::solve) since).
+    fn keeps_older_operator(&self) -> bool {
+        false
+    }
+
+    /// What it remembers beside what it makes of operators.
+    fn save(&self) -> Snapshot {
+        Snapshot::new()
+    }
+
+    /// Makes it again what it was when it was [saved](Self::save), to the last bit, from its operators: first the older
+    /// one, if it keeps parts of one, then the last one.
+    ///
+    /// # Errors
+    /// [`RestoreError`] if the snapshot is not that of such a solver, or if the operator cannot be taken.
+    fn restore(&mut self, saved: &Snapshot, tangent: &dyn Tangent, age: OperatorAge) -> Result<(), RestoreError> {
+        let _ = saved;
+        if age == OperatorAge::Last { Ok(self.prepare(tangent)?) } else { Ok(()) }
     }
 
     /// `x = A⁻¹ b` with the factor of the last [`prepare`](Self::prepare) and without a look at the residual, for a

@@ -26,6 +26,7 @@ mod criteria;
 mod final_corrections;
 mod forcing;
 mod line_search;
+mod memory;
 mod monitor;
 mod newton;
 mod newton_parts;
@@ -46,8 +47,11 @@ pub use options::{Globalisation, Merit, NewtonOptions, NewtonOptionsError};
 pub use report::{IterationRecord, NewtonCause, NewtonFailure, NewtonReport, NewtonTotals, WorstUnknown};
 pub use tangent_policy::{SecantUpdate, TangentCause, TangentCounts, TangentPolicy};
 
+use std::sync::Arc;
+
 use crate::EvaluationError;
 use crate::linear::Tangent;
+use crate::snapshot::{RestoreError, Snapshot};
 
 /// A system of equations `R(y) = 0` with an analytic derivative.
 pub trait NonlinearProblem {
@@ -79,6 +83,22 @@ pub trait NonlinearProblem {
     /// key, has the same tangent to the last bit, so a factor can be kept for ever.
     fn constant_tangent(&self) -> Option<u64> {
         None
+    }
+
+    /// Where the derivative was [frozen](Self::linearise), as plain numbers that let
+    /// [`linearise_again`](Self::linearise_again) freeze it once more with the same bits. `None` from a problem that does
+    /// not keep that in mind: what a solver made of its derivatives is then lost at a restart.
+    fn linearisation_point(&self) -> Option<Arc<Snapshot>> {
+        None
+    }
+
+    /// Freezes the derivative where it was frozen then.
+    ///
+    /// # Errors
+    /// [`RestoreError`] if the point is not one of this problem.
+    fn linearise_again(&mut self, point: &Snapshot) -> Result<(), RestoreError> {
+        let _ = point;
+        Err(crate::snapshot::unfit("point", "a point of this problem"))
     }
 
     /// A potential `Φ` with `R = ∇Φ`, where the equations have one.

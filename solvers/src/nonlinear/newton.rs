@@ -1,5 +1,7 @@
 //! Newton's method: evaluate, renew the tangent if need be, solve, globalise, judge.
 
+use std::sync::Arc;
+
 use super::NonlinearProblem;
 use super::criteria::{Convergence, Criteria, Trouble};
 use super::forcing::ForcingSequence;
@@ -14,6 +16,7 @@ use super::tangent_policy::{TangentCause, TangentPolicy};
 use super::tangent_state::TangentState;
 use super::trust_region::TrustRegion;
 use crate::linear::LinearSolver;
+use crate::snapshot::Snapshot;
 use crate::vector::norm;
 
 /// Solves one nonlinear problem after another with one linear solver.
@@ -32,6 +35,9 @@ pub struct NewtonSolver {
     pub(super) trust: TrustRegion,
     pub(super) vectors: Vectors,
     pub(super) totals: NewtonTotals,
+    /// Where the problem was linearised when the linear solver took the operator that it still keeps, if that is not
+    /// the last one.
+    pub(super) older_point: Option<Arc<Snapshot>>,
     pub(super) monitor: Option<Box<dyn NewtonMonitor>>,
 }
 
@@ -52,6 +58,7 @@ impl NewtonSolver {
             trust: TrustRegion::default(),
             vectors: Vectors::default(),
             totals: NewtonTotals::default(),
+            older_point: None,
             monitor: None,
         }
     }

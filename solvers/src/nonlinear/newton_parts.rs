@@ -77,6 +77,7 @@ impl NewtonSolver {
         run: &mut Run,
     ) -> Result<Option<TangentCause>, NewtonCause> {
         let due = self.tangent.due();
+        let before = if due.is_some() { problem.linearisation_point() } else { None };
         if due.is_some() || self.tangent.must_linearise() {
             run.work.linearisations += 1;
             problem.linearise(y).map_err(|error| NewtonCause::Domain { error, at_start: false })?;
@@ -87,6 +88,7 @@ impl NewtonSolver {
             let clock = Instant::now();
             let prepared = self.linear.prepare(problem.tangent());
             run.work.factorisation_seconds += clock.elapsed().as_secs_f64();
+            self.mind_older_operator(before);
             prepared.map_err(NewtonCause::LinearSolve)?;
             self.tangent.renewed(problem.unknowns());
             if let Some(quasi) = &mut self.quasi {
@@ -130,6 +132,10 @@ impl NewtonSolver {
             (None, None) => solve(residual, direction),
             (None, Some(quasi)) => quasi.solve(residual, direction, solve),
         };
+        if !self.linear.keeps_older_operator() {
+            // It has taken the present operator after all.
+            self.older_point = None;
+        }
         let late = (self.linear.late_preparation() - late).as_secs_f64();
         run.work.factorisation_seconds += late;
         run.work.solve_seconds += clock.elapsed().as_secs_f64() - late;

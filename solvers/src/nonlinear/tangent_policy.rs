@@ -154,6 +154,15 @@ impl TangentCounts {
         TangentCause::ALL.into_iter().map(|cause| (cause, self.get(cause))).filter(|(_, count)| *count > 0)
     }
 
+    /// The counts in the order of [`TangentCause::ALL`].
+    pub(super) fn list(&self) -> [usize; TangentCause::ALL.len()] {
+        self.counts
+    }
+
+    pub(super) fn from_list(counts: [usize; TangentCause::ALL.len()]) -> Self {
+        Self { counts }
+    }
+
     pub(super) fn count(&mut self, cause: TangentCause) {
         self.counts[cause as usize] += 1;
     }

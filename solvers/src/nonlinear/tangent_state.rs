@@ -6,6 +6,7 @@
 //! failure with stale data refreshes, a failure with fresh data is one (KINSOL's rule).
 
 use super::tangent_policy::{TangentCause, TangentPolicy};
+use crate::snapshot::{RestoreError, Snapshot};
 
 /// What the present factor was made from.
 #[derive(Debug, Clone, Copy)]
@@ -66,6 +67,27 @@ impl TangentState {
         if self.key.is_none() || in_linear_solve {
             self.factor = None;
         }
+    }
+
+    /// What outlives a solve.
+    pub(super) fn save(&self) -> Snapshot {
+        let mut saved = Snapshot::new();
+        if let Some(Factor { unknowns, key, steps, proven }) = self.factor {
+            saved.put_counts("factor", &[unknowns, steps]);
+            saved.put_flag("proven", proven);
+            saved.put_integers("key", key.into_iter().collect::<Vec<_>>());
+        }
+        saved
+    }
+
+    pub(super) fn restore(&mut self, saved: &Snapshot) -> Result<(), RestoreError> {
+        self.factor = None;
+        if saved.has("factor") {
+            let [unknowns, steps] = saved.counts("factor")?;
+            let key = saved.integers("key")?.first().copied();
+            self.factor = Some(Factor { unknowns, key, steps, proven: saved.flag("proven")? });
+        }
+        Ok(())
     }
 
     pub(super) fn begin_solve(&mut self, unknowns: usize, key: Option<u64>) {

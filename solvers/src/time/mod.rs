@@ -17,6 +17,7 @@ mod diagonal;
 mod equilibrium;
 mod explicit;
 mod implicit;
+mod memory;
 mod pace;
 mod report;
 mod rkc;

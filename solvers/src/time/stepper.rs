@@ -86,6 +86,10 @@ impl Stepper {
         &self.statistics
     }
 
+    pub(super) fn statistics_mut(&mut self) -> &mut Statistics {
+        &mut self.statistics
+    }
+
     /// Newton's method, for an implicit scheme.
     pub fn newton(&self) -> Option<&NewtonSolver> {
         self.tools.newton.as_ref()

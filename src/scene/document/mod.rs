@@ -26,7 +26,7 @@ pub(in crate::scene) use material::{
     TransverseText,
 };
 pub(in crate::scene) use numerics::{
-    AdaptiveText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText,
+    AdaptiveText, CheckpointText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText,
     SchemeText, ShearText, StabilisationText, TimeText, WaveSpeedText,
 };
 pub(in crate::scene) use value::{Field, FieldList, HourglassText, Number, Text, Vector};
@@ -55,6 +55,7 @@ pub(in crate::scene) struct Document {
     pub linear: LinearSolverText,
     #[serde(default)]
     pub output: OutputText,
+    pub checkpoint: Option<CheckpointText>,
     #[serde(default)]
     pub probe: Vec<Spanned<ProbeText>>,
     pub exact: Option<Spanned<ExactText>>,

@@ -154,3 +154,11 @@ pub(in crate::scene) struct OutputText {
     pub plots: Option<bool>,
     pub history: Option<bool>,
 }
+
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table of options of checkpoints, such as `{ every_steps = 100 }`")]
+pub(in crate::scene) struct CheckpointText {
+    pub every_steps: Option<Spanned<u64>>,
+    pub every_seconds: Option<Number>,
+    pub keep: Option<Spanned<u64>>,
+}

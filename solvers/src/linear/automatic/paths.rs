@@ -62,7 +62,11 @@ impl Automatic {
     }
 
     pub(super) fn factor_generally(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
-        self.lu.get_or_insert_with(|| Direct::new(Box::new(LuFactors::new()))).prepare(tangent)
+        self.lu().prepare(tangent)
+    }
+
+    pub(super) fn lu(&mut self) -> &mut Direct {
+        self.lu.get_or_insert_with(|| Direct::new(Box::new(LuFactors::new())))
     }
 
     pub(super) fn krylov(&mut self, symmetric: bool) -> &mut Krylov {

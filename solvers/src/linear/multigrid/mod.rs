@@ -26,7 +26,8 @@ pub use tents::{Geometry, PointTents, Tents};
 use super::choice::{InvalidChoice, refuse};
 use super::iteration::{Action, ApproximateInverse};
 use super::precondition::BlockInverses;
-use super::{LinearCounts, LinearError, SparsePattern, Tangent};
+use super::{LinearCounts, LinearError, OperatorAge, SparsePattern, Tangent};
+use crate::snapshot::{RestoreError, Snapshot};
 use chebyshev::Chebyshev;
 use hierarchy::Hierarchy;
 
@@ -75,6 +76,8 @@ pub(super) struct Multigrid {
     tents: Option<(usize, Tents)>,
     coarse: Option<Kept>,
     smoother: Option<Chebyshev>,
+    /// Whether the coarse matrices are those of an operator before the last.
+    older: bool,
     applications: usize,
     residual: Vec<f64>,
     work: Vec<f64>,
@@ -98,6 +101,7 @@ impl Multigrid {
             tents: None,
             coarse: None,
             smoother: None,
+            older: false,
             applications: 0,
             residual: Vec::new(),
             work: Vec::new(),
@@ -119,6 +123,62 @@ impl Multigrid {
             }
         }
     }
+}
+
+impl Multigrid {
+    /// Finds the coarse space of a new operator.
+    fn find_tents(&mut self, tangent: &dyn Tangent, counts: &mut LinearCounts) -> Result<(), LinearError> {
+        let n = tangent.size();
+        if self.tents.as_ref().is_none_or(|(size, _)| *size != n) {
+            self.tents = None;
+            self.coarse = None;
+            let geometry = tangent.geometry().ok_or(LinearError::NeedsGeometry)?;
+            let tents = Tents::new(geometry, self.options.spacing).ok_or(LinearError::NeedsGeometry)?;
+            counts.analyses += 1;
+            let length = tents.nodes() * tents.dimension;
+            self.values.iter_mut().for_each(|values| values.resize(length, 0.0));
+            self.tents = Some((n, tents));
+        }
+        self.residual.resize(n, 0.0);
+        self.work.resize(if self.options.smoothing > 0 { n } else { 0 }, 0.0);
+        Ok(())
+    }
+
+    fn replace_inverses(&mut self, inverses: BlockInverses) {
+        if let Some(smoother) = &mut self.smoother {
+            smoother.inverses = inverses;
+        }
+    }
+
+    /// Makes new coarse matrices.
+    fn renew(&mut self, tangent: &dyn Tangent, inverses: BlockInverses, trace: f64) -> Result<(), LinearError> {
+        let Some((n, tents)) = &self.tents else { return Err(LinearError::NotPrepared) };
+        let coarse = project(tangent, tents)?;
+        let hierarchy = Hierarchy::new(coarse, tents, self.options.coarsest)?;
+        self.smoother = Some(Chebyshev::new(inverses, &|v, out| tangent.apply(v, out), *n));
+        self.coarse = Some(Kept { hierarchy, trace, first: None });
+        self.applications = 0;
+        Ok(())
+    }
+}
+
+/// Inverses of the diagonal blocks, and the sum of the diagonal.
+fn inverse_blocks(tangent: &dyn Tangent) -> Result<(BlockInverses, f64), LinearError> {
+    let n = tangent.size();
+    let (bounds, blocks) = diagonal_blocks(tangent)?;
+    if let Some(k) = crate::vector::first_not_finite(&blocks) {
+        return Err(LinearError::EntryNotFinite { row: k * n / blocks.len().max(1) });
+    }
+    let mut start = 0;
+    let sizes = bounds.windows(2).map(|b| b[1] - b[0]);
+    let trace = sizes
+        .map(|size| {
+            let sum: f64 = (0..size).map(|i| blocks[start + i * size + i]).sum();
+            start += size * size;
+            sum
+        })
+        .sum();
+    Ok((BlockInverses::definite(bounds, blocks), trace))
 }
 
 /// Diagonal blocks by rows, from the operator or from its entries.
@@ -188,48 +248,15 @@ impl ApproximateInverse for Multigrid {
     }
 
     fn prepare(&mut self, tangent: &dyn Tangent, counts: &mut LinearCounts) -> Result<(), LinearError> {
-        let n = tangent.size();
-        if self.tents.as_ref().is_none_or(|(size, _)| *size != n) {
-            self.tents = None;
-            self.coarse = None;
-            let geometry = tangent.geometry().ok_or(LinearError::NeedsGeometry)?;
-            let tents = Tents::new(geometry, self.options.spacing).ok_or(LinearError::NeedsGeometry)?;
-            counts.analyses += 1;
-            self.tents = Some((n, tents));
+        self.find_tents(tangent, counts)?;
+        let (inverses, trace) = inverse_blocks(tangent)?;
+        self.older = !self.is_stale(trace);
+        if self.older {
+            self.replace_inverses(inverses);
+            return Ok(());
         }
-        let Some((_, tents)) = self.tents.take() else { return Err(LinearError::NotPrepared) };
-        let (bounds, blocks) = diagonal_blocks(tangent)?;
-        if let Some(k) = crate::vector::first_not_finite(&blocks) {
-            return Err(LinearError::EntryNotFinite { row: k * n / blocks.len().max(1) });
-        }
-        let trace: f64 = {
-            let mut start = 0;
-            let sizes = bounds.windows(2).map(|b| b[1] - b[0]);
-            sizes
-                .map(|size| {
-                    let sum: f64 = (0..size).map(|i| blocks[start + i * size + i]).sum();
-                    start += size * size;
-                    sum
-                })
-                .sum()
-        };
-        let inverses = BlockInverses::definite(bounds, blocks);
-        self.residual.resize(n, 0.0);
-        self.work.resize(if self.options.smoothing > 0 { n } else { 0 }, 0.0);
-        if self.is_stale(trace) {
-            counts.factorisations += 1;
-            let coarse = project(tangent, &tents)?;
-            let hierarchy = Hierarchy::new(coarse, &tents, self.options.coarsest)?;
-            self.smoother = Some(Chebyshev::new(inverses, &|v, out| tangent.apply(v, out), n));
-            self.coarse = Some(Kept { hierarchy, trace, first: None });
-            self.applications = 0;
-        } else if let Some(smoother) = &mut self.smoother {
-            smoother.inverses = inverses;
-        }
-        let length = tents.nodes() * tents.dimension;
-        self.values.iter_mut().for_each(|values| values.resize(length, 0.0));
-        self.tents = Some((n, tents));
-        Ok(())
+        counts.factorisations += 1;
+        self.renew(tangent, inverses, trace)
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
@@ -268,5 +295,33 @@ impl ApproximateInverse for Multigrid {
     fn fill(&self) -> usize {
         let coarse = self.coarse.as_ref().map_or(0, |kept| kept.hierarchy.entries());
         coarse + self.smoother.as_ref().map_or(0, |smoother| smoother.inverses.entries())
+    }
+
+    fn keeps_older_operator(&self) -> bool {
+        self.older
+    }
+
+    fn save(&self) -> Snapshot {
+        let mut saved = Snapshot::new();
+        saved.put_flag("older", self.older);
+        saved.put_counts("applications", &[self.applications]);
+        saved.put_counts("first", &self.coarse.iter().filter_map(|kept| kept.first).collect::<Vec<_>>());
+        saved
+    }
+
+    fn restore(&mut self, saved: &Snapshot, tangent: &dyn Tangent, age: OperatorAge) -> Result<(), RestoreError> {
+        self.find_tents(tangent, &mut LinearCounts::default())?;
+        let (inverses, trace) = inverse_blocks(tangent)?;
+        self.older = saved.flag("older")?;
+        if age == OperatorAge::Last && self.older {
+            self.replace_inverses(inverses);
+        } else {
+            self.renew(tangent, inverses, trace)?;
+        }
+        self.applications = saved.count("applications")?;
+        if let Some(kept) = &mut self.coarse {
+            kept.first = saved.integers("first")?.first().and_then(|first| usize::try_from(*first).ok());
+        }
+        Ok(())
     }
 }

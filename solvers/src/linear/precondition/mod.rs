@@ -30,7 +30,8 @@ use super::iteration::ApproximateInverse;
 use super::ldlt::{SymmetricFactors, Variant};
 use super::lu::LuFactors;
 use super::multigrid::Multigrid;
-use super::{LinearCounts, LinearError, Tangent};
+use super::{LinearCounts, LinearError, OperatorAge, Tangent};
+use crate::snapshot::{RestoreError, Snapshot};
 
 /// Builds the chosen preconditioner. With `definite`, it must be positive definite (for CG).
 pub(super) fn build(
@@ -110,6 +111,16 @@ impl FromEntries {
             PreconditionerMatrix::Auto => full().or_else(sparser),
         }
     }
+
+    fn chosen<'a>(&self, tangent: &'a dyn Tangent) -> Result<&'a dyn Tangent, LinearError> {
+        let source = self
+            .source(tangent)
+            .ok_or_else(|| LinearError::NeedsEntries { solver: format!("{} preconditioner", self.name()) })?;
+        if source.size() != tangent.size() {
+            return Err(LinearError::WrongLength { expected: tangent.size(), found: source.size() });
+        }
+        Ok(source)
+    }
 }
 
 impl ApproximateInverse for FromEntries {
@@ -123,13 +134,7 @@ impl ApproximateInverse for FromEntries {
     }
 
     fn prepare(&mut self, tangent: &dyn Tangent, counts: &mut LinearCounts) -> Result<(), LinearError> {
-        let source = self
-            .source(tangent)
-            .ok_or_else(|| LinearError::NeedsEntries { solver: format!("{} preconditioner", self.name()) })?;
-        if source.size() != tangent.size() {
-            return Err(LinearError::WrongLength { expected: tangent.size(), found: source.size() });
-        }
-        self.inner.prepare(source, counts)
+        self.inner.prepare(self.chosen(tangent)?, counts)
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
@@ -138,6 +143,18 @@ impl ApproximateInverse for FromEntries {
 
     fn fill(&self) -> usize {
         self.inner.fill()
+    }
+
+    fn keeps_older_operator(&self) -> bool {
+        self.inner.keeps_older_operator()
+    }
+
+    fn save(&self) -> Snapshot {
+        self.inner.save()
+    }
+
+    fn restore(&mut self, saved: &Snapshot, tangent: &dyn Tangent, age: OperatorAge) -> Result<(), RestoreError> {
+        self.inner.restore(saved, self.chosen(tangent)?, age)
     }
 }
 

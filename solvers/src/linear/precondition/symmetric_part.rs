@@ -4,8 +4,9 @@
 use std::sync::Arc;
 
 use super::super::iteration::{ApproximateInverse, is_known};
-use super::super::{LinearCounts, LinearError, Places, SparsePattern, Symmetry, Tangent};
+use super::super::{LinearCounts, LinearError, OperatorAge, Places, SparsePattern, Symmetry, Tangent};
 use super::unsuitable;
+use crate::snapshot::{RestoreError, Snapshot};
 
 /// Finds the symmetric part of one operator after another.
 #[derive(Debug, Default)]
@@ -114,5 +115,20 @@ impl ApproximateInverse for OfSymmetricPart {
 
     fn fill(&self) -> usize {
         self.inner.fill()
+    }
+
+    fn keeps_older_operator(&self) -> bool {
+        self.inner.keeps_older_operator()
+    }
+
+    fn save(&self) -> Snapshot {
+        self.inner.save()
+    }
+
+    fn restore(&mut self, saved: &Snapshot, tangent: &dyn Tangent, age: OperatorAge) -> Result<(), RestoreError> {
+        if tangent.symmetry() != Symmetry::General {
+            return self.inner.restore(saved, tangent, age);
+        }
+        self.inner.restore(saved, &self.part.of(tangent)?, age)
     }
 }

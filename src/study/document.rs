@@ -1,0 +1,319 @@
+//! A study file to its cases; every mistake with its place.
+
+use std::path::{Path, PathBuf};
+
+use toml_edit::{Document, Item, Table};
+
+use super::cases::{Assignment, Case, product};
+use super::entries::{Entry, entries, number};
+use super::{MOST_CASES, orders};
+use crate::expression::closest;
+use crate::scene::findings::{Findings, Span};
+use crate::scene::source::Source;
+use crate::scene::{SceneError, SceneErrors};
+
+const KEYS: [&str; 6] = ["title", "scene", "set", "grid", "case", "convergence"];
+const CONVERGENCE_KEYS: [&str; 4] = ["quantity", "sizes", "exact", "refine"];
+
+/// A study whose text is understood; its scene has not been looked at.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// Title; default: the name of the file without its ending.
+    pub title: String,
+    /// The scene.
+    pub scene: PathBuf,
+    /// Its cases; never empty.
+    pub cases: Vec<Case>,
+    /// Keys that vary, in the order of the study.
+    pub keys: Vec<String>,
+    /// What a convergence study measures.
+    pub convergence: Option<Convergence>,
+    pub(super) scene_span: Span,
+    pub(super) text: String,
+    pub(super) source: Source,
+}
+
+/// What a convergence study measures.
+#[derive(Debug, Clone)]
+pub struct Convergence {
+    /// Paths of numbers in the report.
+    pub quantities: Vec<String>,
+    /// Sizes from coarse to fine.
+    pub sizes: Vec<f64>,
+    /// Exact value of the quantity, if known.
+    pub exact: Option<f64>,
+    /// What a size is: the key that has it as its value, or `size`.
+    pub size_name: String,
+    pub(super) quantity_spans: Vec<Span>,
+    /// The refined keys, with a value per level each.
+    levels: Vec<Vec<Assignment>>,
+}
+
+impl Convergence {
+    /// Number of refined keys.
+    pub(super) fn refined(&self) -> usize {
+        self.levels.len()
+    }
+}
+
+impl Study {
+    /// Reads a study file.
+    ///
+    /// # Errors
+    /// All mistakes found, with their places.
+    pub fn read(path: &Path) -> Result<Self, SceneErrors> {
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            let remedy = "check the path, the permissions and the encoding (UTF-8) of the study file";
+            SceneErrors::new(vec![SceneError::of_file(&name, format!("the study cannot be read: {error}"), remedy)])
+        })?;
+        Self::parse(&text, &name, path.parent().unwrap_or(Path::new("")))
+    }
+
+    /// Reads a study from text. `name` stands in messages; the scene is sought from `base`.
+    ///
+    /// # Errors
+    /// All mistakes found, with their places.
+    pub fn parse(text: &str, name: &str, base: &Path) -> Result<Self, SceneErrors> {
+        let source = Source::new(name, text, &[]);
+        let mut findings = Findings::new(&source);
+        let study = match Document::parse(text.to_owned()) {
+            Ok(document) => read(document.as_table(), text, &mut findings),
+            Err(error) => {
+                let message = error.message().lines().next().unwrap_or_default();
+                let remedy = "write `key = value`, texts in quotes, tables as `[table]` or `[[table]]`";
+                findings.error(error.span().unwrap_or(0..0), format!("this is not TOML: {message}"), remedy);
+                None
+            }
+        };
+        findings.finish()?;
+        let Some(Parts { title, scene, scene_span, cases, keys, convergence }) = study else {
+            // Unreachable: without a study a mistake was noted.
+            return Err(SceneErrors::default());
+        };
+        let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        Ok(Self {
+            title: title.or(stem).unwrap_or_default(),
+            scene: base.join(scene),
+            cases,
+            keys,
+            convergence,
+            scene_span,
+            text: text.to_owned(),
+            source,
+        })
+    }
+}
+
+struct Parts {
+    title: Option<String>,
+    scene: String,
+    scene_span: Span,
+    cases: Vec<Case>,
+    keys: Vec<String>,
+    convergence: Option<Convergence>,
+}
+
+fn read(table: &Table, text: &str, findings: &mut Findings<'_>) -> Option<Parts> {
+    known_keys(table, &KEYS, findings);
+    let title = table.get("title").and_then(|item| string(item, "title", findings));
+    let scene = match table.get("scene") {
+        Some(item) => string(item, "scene", findings).map(|scene| (scene, span_of(item))),
+        None => {
+            findings.error(0..0, "the key `scene` is missing", "add `scene = \"SCENE.toml\"`, a path from the folder of the study");
+            None
+        }
+    };
+    let shared = match table.get("set") {
+        Some(item) => assignments(item, "set", text, findings),
+        None => Vec::new(),
+    };
+    let rows = rows(table, text, findings);
+    let convergence = table.get("convergence").and_then(|item| convergence(item, text, findings));
+    if !["grid", "case", "convergence"].iter().any(|key| table.contains_key(key)) {
+        findings.error(0..0, "nothing varies in this study", "add `[grid]`, `[[case]]` or `[convergence]`");
+    }
+    let (rows, (scene, scene_span)) = (rows?, scene?);
+    if findings.count() > 0 {
+        return None;
+    }
+    let levels = convergence.as_ref().map_or(1, |convergence: &Convergence| convergence.sizes.len());
+    if rows.len().saturating_mul(levels) > MOST_CASES {
+        too_many(table, findings);
+        return None;
+    }
+    let mut cases = Vec::new();
+    for (row, varied) in rows.iter().enumerate() {
+        for level in 0..levels {
+            let refined = convergence.iter().flat_map(|c| c.levels.iter().map(|values| values[level].clone()));
+            let assignments: Vec<Assignment> = shared.iter().chain(varied).cloned().chain(refined).collect();
+            cases.push(Case { index: cases.len() + 1, assignments, shared: shared.len(), row, level });
+        }
+    }
+    for case in &cases {
+        twice(&case.assignments, findings);
+    }
+    let mut keys: Vec<String> = Vec::new();
+    for one in cases.iter().flat_map(Case::varied) {
+        if !keys.contains(&one.key) {
+            keys.push(one.key.clone());
+        }
+    }
+    Some(Parts { title, scene, scene_span, cases, keys, convergence })
+}
+
+/// The rows of the grid or of the list; one empty row if there is neither.
+fn rows(table: &Table, text: &str, findings: &mut Findings<'_>) -> Option<Vec<Vec<Assignment>>> {
+    match (table.get("grid"), table.get("case")) {
+        (Some(_), Some(_)) => {
+            findings.error(key_span(table, "case"), "there are both `[grid]` and `[[case]]`", "remove one of the two");
+            None
+        }
+        (Some(grid), None) => {
+            let Some(grid) = grid.as_table_like() else {
+                findings.error(span_of(grid), "`grid` is not a table", "write `[grid]` and a key with a list of values per line");
+                return None;
+            };
+            let found = entries(grid, findings);
+            let axes: Vec<Vec<Assignment>> = found.iter().filter_map(|entry| values(entry, text, findings)).collect();
+            if found.is_empty() {
+                findings.error(key_span(table, "grid"), "the grid has no keys", "add one, as `body.0.spacing = [0.2, 0.1]`");
+                return None;
+            }
+            let rows = product(&axes, MOST_CASES);
+            if rows.is_none() {
+                too_many(table, findings);
+            }
+            rows
+        }
+        (None, Some(Item::ArrayOfTables(list))) => {
+            let row = |row: &Table| entries(row, findings).iter().map(|entry| Assignment::of(entry, text)).collect();
+            Some(list.iter().map(row).collect())
+        }
+        (None, Some(other)) => {
+            findings.error(span_of(other), "`case` is not a list of tables", "write `[[case]]` before the keys of every case");
+            None
+        }
+        (None, None) => Some(vec![Vec::new()]),
+    }
+}
+
+/// A list of values as assignments.
+fn values(entry: &Entry, text: &str, findings: &mut Findings<'_>) -> Option<Vec<Assignment>> {
+    let Some(list) = entry.value.as_array().filter(|list| !list.is_empty()) else {
+        let remedy = format!("list its values: `{} = […, …]`", entry.key);
+        findings.error(entry.value_span.clone(), format!("`{}` is not a list of values", entry.key), remedy);
+        return None;
+    };
+    let place = |value: &toml_edit::Value| value.span().unwrap_or_else(|| entry.value_span.clone());
+    Some(list.iter().map(|value| Assignment::new(entry, super::entries::line(value, text), place(value))).collect())
+}
+
+fn convergence(item: &Item, text: &str, findings: &mut Findings<'_>) -> Option<Convergence> {
+    let Some(table) = item.as_table_like() else {
+        findings.error(span_of(item), "`convergence` is not a table", "write `[convergence]` and its keys below it");
+        return None;
+    };
+    known_keys(table, &CONVERGENCE_KEYS, findings);
+    let before = findings.count();
+    let place = item.span().unwrap_or(0..0);
+    let mut quantities = Vec::new();
+    match table.get("quantity").and_then(Item::as_value) {
+        None => findings.error(place.clone(), "the key `quantity` is missing", "add `quantity = \"errors.displacement.l2\"` or another number of report.json"),
+        Some(value) => {
+            let one = std::slice::from_ref(value);
+            let all: Vec<&toml_edit::Value> = value.as_array().map_or(one.iter().collect(), |list| list.iter().collect());
+            for value in all {
+                let span = value.span().unwrap_or_else(|| place.clone());
+                match value.as_str() {
+                    Some(path) => quantities.push((path.to_owned(), span)),
+                    None => findings.error(span, "a quantity is a text", "write its path in report.json in quotes"),
+                }
+            }
+        }
+    }
+    let exact = table.get("exact").and_then(|item| {
+        let found = item.as_value().and_then(number).filter(|number| number.is_finite());
+        if found.is_none() {
+            findings.error(span_of(item), "`exact` is not a number", "give the exact value, or leave it out: it is extrapolated");
+        }
+        found
+    });
+    let refined = table.get("refine").and_then(Item::as_table_like).map(|refine| entries(refine, findings)).unwrap_or_default();
+    if refined.is_empty() {
+        findings.error(place.clone(), "no key is refined", "add `[convergence.refine]` and a key, as `body.0.spacing = 1.0`, a factor of the size");
+        return None;
+    }
+    let sizes = orders::sizes(table.get("sizes"), &refined, &place, findings)?;
+    let levels: Vec<_> = refined.iter().filter_map(|entry| refinement(entry, &sizes, text, findings)).collect();
+    let itself = |values: &&Vec<Assignment>| {
+        values.iter().zip(&sizes).all(|(one, size)| one.value.parse::<f64>().is_ok_and(|value| value == *size))
+    };
+    let size_name = levels.iter().find(itself).map_or("size", |values| values[0].key.as_str()).to_owned();
+    let (quantities, quantity_spans) = quantities.into_iter().unzip();
+    (findings.count() == before).then_some(Convergence { quantities, sizes, exact, size_name, quantity_spans, levels })
+}
+
+/// The values of a refined key, one per size.
+fn refinement(entry: &Entry, sizes: &[f64], text: &str, findings: &mut Findings<'_>) -> Option<Vec<Assignment>> {
+    if let Some(factor) = number(&entry.value).filter(|factor| factor.is_finite()) {
+        let value = |size: &f64| orders::rounded(factor * size);
+        return Some(sizes.iter().map(|size| Assignment::new(entry, value(size), entry.value_span.clone())).collect());
+    }
+    let all = values(entry, text, findings)?;
+    if all.len() == sizes.len() {
+        return Some(all);
+    }
+    let message = format!("`{}` has {} value(s) for {} sizes", entry.key, all.len(), sizes.len());
+    findings.error(entry.value_span.clone(), message, "give one value for each size, or a factor of the size");
+    None
+}
+
+/// Notes keys that a case sets twice.
+fn twice(assignments: &[Assignment], findings: &mut Findings<'_>) {
+    for (at, one) in assignments.iter().enumerate() {
+        if assignments[..at].iter().any(|other| other.key == one.key) {
+            let message = format!("`{}` is set twice in one case", one.key);
+            findings.error(one.key_span.clone(), message, "name it in one place only");
+        }
+    }
+}
+
+fn assignments(item: &Item, name: &str, text: &str, findings: &mut Findings<'_>) -> Vec<Assignment> {
+    match item.as_table_like() {
+        Some(table) => entries(table, findings).iter().map(|entry| Assignment::of(entry, text)).collect(),
+        None => {
+            findings.error(span_of(item), format!("`{name}` is not a table"), format!("write `[{name}]` and its keys below it"));
+            Vec::new()
+        }
+    }
+}
+
+fn too_many(table: &Table, findings: &mut Findings<'_>) {
+    let place = if table.contains_key("grid") { "grid" } else { "convergence" };
+    let message = format!("the study has more than {MOST_CASES} cases");
+    findings.error(key_span(table, place), message, "shorten the lists, or split the study");
+}
+
+fn known_keys(table: &dyn toml_edit::TableLike, known: &[&str], findings: &mut Findings<'_>) {
+    for (name, _) in table.iter().filter(|(name, _)| !known.contains(name)) {
+        let guess = closest(name, known.iter().copied()).map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
+        let span = table.key(name).and_then(toml_edit::Key::span).unwrap_or(0..0);
+        findings.error(span, format!("unknown key `{name}`"), format!("{guess}the keys here are {}", known.join(", ")));
+    }
+}
+
+fn string(item: &Item, name: &str, findings: &mut Findings<'_>) -> Option<String> {
+    if item.as_str().is_none() {
+        findings.error(span_of(item), format!("`{name}` is not a text"), format!("write `{name} = \"…\"`"));
+    }
+    item.as_str().map(str::to_owned)
+}
+
+fn span_of(item: &Item) -> Span {
+    item.span().unwrap_or(0..0)
+}
+
+fn key_span(table: &Table, key: &str) -> Span {
+    table.key(key).and_then(toml_edit::Key::span).unwrap_or(0..0)
+}
