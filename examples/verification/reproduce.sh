@@ -30,7 +30,8 @@ nicolson() {
 for name in "$@"; do
     while IFS= read -r line; do
         printf '%s\n' "$line"
-        eval "$line"
+        # 3: the run failed numerically, which is what some rows show.
+        eval "$line" || (($? == 3))
     done < <(sed -n 's/^    \(nicolson .*\)/\1/p' "examples/verification/$name.md")
     python3 examples/verification/tables.py "$name"
 done
