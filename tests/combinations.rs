@@ -96,7 +96,7 @@ fn solvers_for_symmetric_tangents_are_refused_with_a_reason() {
 /// Runs a scene into a directory that is read back.
 fn on_disk(scene: &Scene) -> (Outcome, Report, tempfile::TempDir) {
     let directory = tempfile::tempdir().unwrap();
-    let options = RunOptions { directory: Some(directory.path().to_owned()), command: String::new() };
+    let options = RunOptions { directory: Some(directory.path().to_owned()), ..RunOptions::default() };
     let outcome = run(scene, &options, &mut Silent, &AtomicBool::new(false)).unwrap();
     let report = Report::read(directory.path()).unwrap();
     (outcome, report, directory)

@@ -39,6 +39,11 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
+/// Prints a warning.
+pub fn warn(message: &str) {
+    eprintln!("warning: {message}");
+}
+
 /// Progress and summary of a run: a bar on a terminal, a plain line every few seconds elsewhere.
 pub struct Console {
     quiet: bool,
@@ -88,6 +93,9 @@ impl Monitor for Console {
             "{}: {} particles{unknowns}, {} to t = {} s (explicit limit Δt = {:.3e} s)",
             plan.title, plan.particles, plan.scheme, plan.end, plan.explicit_step_limit
         );
+        if let Some((steps, time)) = plan.resumed {
+            eprintln!("going on from step {steps} at t = {time} s");
+        }
         if self.shows_progress && std::io::stderr().is_terminal() {
             let bar = ProgressBar::new(1000);
             if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {

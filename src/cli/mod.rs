@@ -1,9 +1,10 @@
-//! The command line: `run`, `check`, `jacobian`, `list`, `sweep` and `collect`, and for results `render`, `report`, `plot`.
+//! The command line: `run`, `restart`, `check`, `jacobian`, `list`, `sweep` and `collect`, and for results `render`,
+//! `report`, `plot`.
 //!
 //! Every command has a text of what it does and examples in `help.rs`; a test reads both.
 //!
 //! Exit codes: 0 done; 2 wrong usage or scene; 3 the simulation failed numerically (or the disk
-//! refused), with the results so far on disk; 130 interrupted.
+//! refused), with the results so far on disk; 130 interrupted (Ctrl-C, SIGTERM), with a checkpoint.
 
 mod check;
 mod collect;
@@ -14,7 +15,9 @@ mod list;
 mod plot;
 mod render;
 mod report;
+mod restart;
 mod run;
+mod signals;
 mod sweep;
 
 use std::ffi::OsString;
@@ -64,6 +67,8 @@ enum Command {
         #[arg(long, value_name = "FILE.jsonl")]
         solve_log: Option<PathBuf>,
     },
+    /// Go on from a checkpoint, or from the newest of a directory of results, as if the run had never ended.
+    Restart(restart::RestartArguments),
     /// Validate a scene and predict its cost; runs nothing.
     #[command(long_about = help::CHECK, after_long_help = help::CHECK_EXAMPLES)]
     Check {
@@ -135,9 +140,11 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     match parsed.command {
         Command::Run { scene, out, quiet, solve_report, solve_log } => on_scene(&scene, |loaded| {
             let directory = out.unwrap_or_else(|| default_directory(&scene.scene));
-            let options = RunOptions { directory: Some(directory), command: command.join(" ") };
-            run::run_scene(loaded, &options, run::Listening { quiet, solve_report, solve_log })
+            let options =
+                RunOptions { directory: Some(directory), command: command.join(" "), ..RunOptions::default() };
+            run::run_scene(loaded, None, options, run::Listening { quiet, solve_report, solve_log })
         }),
+        Command::Restart(arguments) => restart::restart(arguments, command.join(" ")),
         Command::Check { scene, preview } => {
             let preview = preview.map(|path| path.unwrap_or_else(|| default_preview(&scene.scene)));
             on_scene(&scene, |loaded| check::check(loaded, preview.as_deref()))
@@ -156,16 +163,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 
 /// Reads the scene and calls `then` inside a pool of the wanted size.
 fn on_scene(arguments: &SceneArguments, then: impl FnOnce(&Scene) -> u8 + Send) -> u8 {
-    let mut overrides = Vec::new();
-    for text in &arguments.overrides {
-        match text.split_once('=') {
-            Some((key, value)) => overrides.push((key.trim().to_owned(), value.trim().to_owned())),
-            None => {
-                complain(&format!("--set {text}: expected KEY.PATH=VALUE, as in --set time.step=0.01"));
-                return WRONG_INPUT;
-            }
-        }
-    }
+    let Ok(overrides) = overrides(&arguments.overrides) else { return WRONG_INPUT };
     let scene = match Scene::read(&arguments.scene, &overrides) {
         Ok(scene) => scene,
         Err(errors) => {
@@ -173,12 +171,30 @@ fn on_scene(arguments: &SceneArguments, then: impl FnOnce(&Scene) -> u8 + Send) 
             return WRONG_INPUT;
         }
     };
-    if arguments.threads == Some(0) {
+    in_pool(arguments.threads, || then(&scene))
+}
+
+/// Takes `--set` apart; a mistake has been told.
+fn overrides(texts: &[String]) -> Result<Vec<(String, String)>, ()> {
+    let mut overrides = Vec::new();
+    for text in texts {
+        let Some((key, value)) = text.split_once('=') else {
+            complain(&format!("--set {text}: expected KEY.PATH=VALUE, as in --set time.step=0.01"));
+            return Err(());
+        };
+        overrides.push((key.trim().to_owned(), value.trim().to_owned()));
+    }
+    Ok(overrides)
+}
+
+/// Calls `then` inside a pool of the wanted size.
+fn in_pool(threads: Option<usize>, then: impl FnOnce() -> u8 + Send) -> u8 {
+    if threads == Some(0) {
         complain("--threads 0: at least one thread is needed");
         return WRONG_INPUT;
     }
-    match rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.unwrap_or(0)).build() {
-        Ok(pool) => pool.install(|| then(&scene)),
+    match rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build() {
+        Ok(pool) => pool.install(then),
         Err(error) => {
             complain(&format!("cannot start the threads: {error}"));
             WRONG_INPUT

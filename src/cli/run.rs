@@ -3,17 +3,17 @@
 use std::fs::File;
 use std::io;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::console::{Console, complain};
+use super::signals::listen;
 use super::{DONE, FAILED, INTERRUPTED, WRONG_INPUT, report_error};
 use crate::output::Status;
 use crate::scene::Scene;
 use crate::simulation::diagnostics::{Monitors, SolveLog, SolveTable};
-use crate::simulation::{self, RunOptions};
+use crate::simulation::{self, Checkpoint, RunOptions};
 
 /// What is told of a run, besides its results.
+#[derive(Debug, Default)]
 pub struct Listening {
     /// Errors only.
     pub quiet: bool,
@@ -23,11 +23,25 @@ pub struct Listening {
     pub solve_log: Option<PathBuf>,
 }
 
-/// Runs a scene and returns the exit code.
-pub fn run_scene(scene: &Scene, options: &RunOptions, listening: Listening) -> u8 {
+/// Where a run begins.
+#[derive(Debug, Clone, Copy)]
+pub struct Beginning<'a> {
+    /// What it goes on from.
+    pub checkpoint: &'a Checkpoint,
+    /// Whether with a scene that has changed.
+    pub forced: bool,
+}
+
+/// Runs a scene, from the beginning or from a checkpoint, and returns the exit code.
+pub fn run_scene(scene: &Scene, from: Option<Beginning<'_>>, options: RunOptions, listening: Listening) -> u8 {
     let Listening { quiet, solve_report, solve_log } = listening;
-    let mut log = match solve_log.as_ref().map(File::create).transpose() {
-        Ok(file) => file.map(SolveLog::new),
+    let opened = match (&solve_log, from) {
+        (None, _) => Ok(None),
+        (Some(path), None) => File::create(path).map(|file| Some(SolveLog::new(file))),
+        (Some(path), Some(from)) => SolveLog::reopen(path, from.checkpoint.about.step).map(Some),
+    };
+    let mut log = match opened {
+        Ok(log) => log,
         Err(error) => {
             let path = solve_log.unwrap_or_default();
             complain(&format!("--solve-log {}: {error}; choose a file in a directory that exists", path.display()));
@@ -39,13 +53,17 @@ pub fn run_scene(scene: &Scene, options: &RunOptions, listening: Listening) -> u
     if solve_report {
         console.leave_progress_out();
     }
-    let interrupt = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupt);
-    // A second handler (in tests, which share a process) is refused; the first one serves.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let signals = listen();
+    let options =
+        RunOptions { checkpoint_request: Some(signals.checkpoint.clone()), solve_log: solve_log.clone(), ..options };
     // The console last: its summary stands below the table.
     let mut monitors = Monitors::new().with_optional(log.as_mut()).with_optional(table.as_mut()).with(&mut console);
-    let outcome = simulation::run(scene, options, &mut monitors, &interrupt);
+    let outcome = match from {
+        None => simulation::run(scene, &options, &mut monitors, &signals.interrupt),
+        Some(Beginning { checkpoint, forced }) => {
+            simulation::restart(scene, checkpoint, forced, &options, &mut monitors, &signals.interrupt)
+        }
+    };
     if let (Some(error), Some(path)) = (log.as_mut().and_then(SolveLog::take_error), &solve_log) {
         complain(&format!("--solve-log {}: {error}; the log is not complete", path.display()));
         return FAILED;

@@ -92,7 +92,9 @@ pub fn run_study(arguments: &SweepArguments, command: String) -> u8 {
     let summary = match sweep(&study, &cases, &options, &mut |event| teller.hear(event), &interrupt) {
         Ok(summary) => summary,
         // Nothing was computed.
-        Err(error @ (OutputError::NotADirectory { .. } | OutputError::File { .. })) => return refused(&error.to_string()),
+        Err(error @ (OutputError::NotADirectory { .. } | OutputError::File { .. })) => {
+            return refused(&error.to_string());
+        }
         Err(error) => return report_output(&error),
     };
     // Jobs of an array would write the same table at the same time.
@@ -121,7 +123,8 @@ fn refused(message: &str) -> u8 {
 
 fn in_words(summary: &SweepSummary) -> String {
     let SweepSummary { completed, failed, skipped, kept, interrupted } = *summary;
-    let mut text = format!("{}: {completed} completed, {failed} failed", if interrupted { "interrupted" } else { "done" });
+    let mut text =
+        format!("{}: {completed} completed, {failed} failed", if interrupted { "interrupted" } else { "done" });
     if skipped > 0 {
         text += &format!(", {skipped} completed before");
     }
@@ -179,7 +182,10 @@ impl<'a> Teller<'a> {
                 if !self.quiet && self.told.elapsed() > TELLING {
                     self.told = Instant::now();
                     let percent = (100.0 * time / end).floor();
-                    eprintln!("  case {case}: t = {time:.4e} s, {percent} %; {} of {} cases ended", self.ended, self.wanted);
+                    eprintln!(
+                        "  case {case}: t = {time:.4e} s, {percent} %; {} of {} cases ended",
+                        self.ended, self.wanted
+                    );
                 }
             }
             Event::Ended(ending) => {
@@ -191,11 +197,23 @@ impl<'a> Teller<'a> {
                         complain(&format!("{label} failed after {}: {message}", duration(ending.seconds)));
                     }
                     _ if self.quiet => {}
-                    Status::Interrupted => eprintln!("  {label}: {}", ending.message.as_deref().unwrap_or("interrupted")),
+                    Status::Interrupted => {
+                        eprintln!("  {label}: {}", ending.message.as_deref().unwrap_or("interrupted"))
+                    }
                     Status::Completed => {
-                        let left = self.start.elapsed().as_secs_f64() / self.ended as f64 * (self.wanted - self.ended) as f64;
-                        let left = if self.ended < self.wanted { format!("; about {} left", duration(left)) } else { String::new() };
-                        eprintln!("  case {} done: {} steps in {}{left}", ending.case, ending.steps, duration(ending.seconds));
+                        let left =
+                            self.start.elapsed().as_secs_f64() / self.ended as f64 * (self.wanted - self.ended) as f64;
+                        let left = if self.ended < self.wanted {
+                            format!("; about {} left", duration(left))
+                        } else {
+                            String::new()
+                        };
+                        eprintln!(
+                            "  case {} done: {} steps in {}{left}",
+                            ending.case,
+                            ending.steps,
+                            duration(ending.seconds)
+                        );
                     }
                 }
             }

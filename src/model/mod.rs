@@ -256,7 +256,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Forgets the derivatives of a point: linear equations would keep those of other terms.
-    fn forget_linearisation(&mut self) {
+    pub(crate) fn forget_linearisation(&mut self) {
         self.linearisation.taken = false;
     }
 

@@ -2,7 +2,7 @@
 //!
 //! A run can be killed at any moment, and a viewer may read while we write. So every file that is
 //! written as a whole goes to a temporary name in the *same* directory (a rename across file systems
-//! is a copy, not atomic), is forced to the disk, and only then takes its name.
+//! is a copy, not atomic), is forced to the disk, only then takes its name, and the name is forced to the disk as well.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -56,7 +56,33 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
     drop(writer);
     fs::rename(&temporary.path, path).map_err(OutputError::file("complete", path))?;
     temporary.kept = true;
-    Ok(())
+    sync_directory(path).map_err(OutputError::file("complete", path))
+}
+
+/// Forces the name of a file to the disk, where directories can be.
+fn sync_directory(path: &Path) -> io::Result<()> {
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match File::open(parent) {
+        Ok(directory) if cfg!(unix) => match directory.sync_all() {
+            // Some file systems (of networks) know no such thing.
+            Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
+            outcome => outcome,
+        },
+        // A directory that can be written but not read: the name is there, and will be on the disk soon.
+        _ => Ok(()),
+    }
+}
+
+/// Removes the temporary files that writers which were killed have left in a directory.
+pub fn sweep_partial_files(directory: &Path) {
+    for entry in fs::read_dir(directory).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(".nicolson-") && name.ends_with(".partial") {
+            // What cannot be removed is not in the way.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
 }
 
 /// Makes sure that `path` is a directory in which files can be created, *before* hours are spent on

@@ -8,6 +8,7 @@
 //! | a scene before it runs (`.svg`, `.png`) | [`Preview`] | when asked for |
 //! | still pictures of particles (`.svg`, `.png`) | [`ParticlePlot`] | when asked for |
 //! | tables of outcomes as pictures (`.svg`, `.png`) | [`Panels`] | when asked for |
+//! | checkpoints (`.safetensors`) | [`write_container`] | when due, on signals, at a bad end |
 //! | `report.json` | [`Report`] | at the end, however it comes |
 //!
 //! Everything here takes plain slices and a number of dimensions known at run time; nothing here knows
@@ -25,6 +26,7 @@ mod chart;
 mod colour;
 mod colour_bar;
 mod comparison;
+mod container;
 mod curve;
 mod error;
 mod history;
@@ -52,9 +54,10 @@ mod text;
 mod view;
 mod vtu;
 
-pub use atomic::{prepare_directory, write_atomically};
+pub use atomic::{prepare_directory, sweep_partial_files, write_atomically};
 pub use colour::ColourMap;
 pub use comparison::Comparison;
+pub use container::{read_container, write_container};
 pub use curve::Style;
 pub use error::OutputError;
 pub use history::{HistoryColumns, ProbeColumns};

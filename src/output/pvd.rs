@@ -21,6 +21,53 @@ impl Series {
         Self { path: path.to_path_buf(), entries: String::new(), frames: 0 }
     }
 
+    /// The first `frames` frames of the series that is in `path`, to go on after them; nothing is changed yet.
+    ///
+    /// # Errors
+    /// [`OutputError::Unreadable`] if there is no such file, [`OutputError::Request`] if it has fewer frames.
+    pub fn reopen(path: &Path, frames: usize) -> Result<Self, OutputError> {
+        let text = std::fs::read_to_string(path).map_err(OutputError::unreadable("the index of frames", path))?;
+        let lines: Vec<&str> = text.lines().filter(|line| line.trim_start().starts_with("<DataSet ")).collect();
+        let Some(kept) = lines.get(..frames) else {
+            return Err(OutputError::request(
+                format!(
+                    "{} cannot be continued: it has {} frames, and had {frames} when the checkpoint was written",
+                    path.display(),
+                    lines.len()
+                ),
+                "restart into another directory with --out: what is missing then begins at the checkpoint",
+            ));
+        };
+        let entries = kept.iter().map(|line| format!("{line}\n")).collect();
+        Ok(Self { path: path.to_path_buf(), entries, frames })
+    }
+
+    /// Names of the files, as they stand in the index.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        self.entries.lines().filter_map(|line| line.split_once("file=\"")?.1.split_once('"').map(|(file, _)| file))
+    }
+
+    /// The same series in another directory.
+    #[must_use]
+    pub fn moved_to(self, path: &Path) -> Self {
+        Self { path: path.to_path_buf(), ..self }
+    }
+
+    /// Writes the index as it is.
+    ///
+    /// # Errors
+    /// [`OutputError::File`] if the disk refuses.
+    pub fn write(&self) -> Result<(), OutputError> {
+        write_atomically(&self.path, |index| {
+            index.write_all(
+                b"<?xml version=\"1.0\" encoding=\"utf-8\"?>\n\
+                  <VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n",
+            )?;
+            index.write_all(self.entries.as_bytes())?;
+            index.write_all(b"  </Collection>\n</VTKFile>\n")
+        })
+    }
+
     /// Adds a frame at `time` (s) and rewrites the index. `file` lies in the directory of the index or
     /// below it, given as such or relative to that directory; the index holds the relative name, so the
     /// whole directory can be moved.
@@ -54,14 +101,7 @@ impl Series {
             number(time),
             xml_attribute(&name.join("/"))
         );
-        let written = write_atomically(&self.path, |index| {
-            index.write_all(
-                b"<?xml version=\"1.0\" encoding=\"utf-8\"?>\n\
-                  <VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n",
-            )?;
-            index.write_all(self.entries.as_bytes())?;
-            index.write_all(b"  </Collection>\n</VTKFile>\n")
-        });
+        let written = self.write();
         match written {
             Ok(()) => self.frames += 1,
             Err(_) => self.entries.truncate(before),

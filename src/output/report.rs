@@ -158,7 +158,7 @@ mod tests {
             ("wall_seconds", "assembly factorisation integration ledger other output rate setup solve total"),
             ("bottleneck", "hint part share"),
             ("energy", "dissipated final hourglass_max_fraction initial ledger_error max_relative_drift"),
-            ("provenance", "command commit scene threads version"),
+            ("provenance", "command commit parent_checkpoint scene threads version"),
         ];
         for (group, names) in promised {
             let mut found = keys(&tree[group]);

@@ -130,6 +130,23 @@ pub struct WallSeconds {
 }
 
 impl WallSeconds {
+    /// The sum of two parts of a run.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            setup: self.setup + other.setup,
+            rate: self.rate + other.rate,
+            assembly: self.assembly + other.assembly,
+            factorisation: self.factorisation + other.factorisation,
+            solve: self.solve + other.solve,
+            integration: self.integration + other.integration,
+            ledger: self.ledger + other.ledger,
+            output: self.output + other.output,
+            other: self.other + other.other,
+            total: self.total + other.total,
+        }
+    }
+
     /// The parts with their names, which add up to the total.
     pub fn parts(&self) -> [(&'static str, f64); 9] {
         [
@@ -225,6 +242,9 @@ pub struct Provenance {
     pub scene: String,
     /// The command line.
     pub command: String,
+    /// The checkpoint that the last part of the run started from; empty for a run in one piece.
+    #[serde(default)]
+    pub parent_checkpoint: String,
 }
 
 /// Reads `null` as NaN, which is what was meant when it was written.

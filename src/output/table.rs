@@ -5,7 +5,7 @@
 //! at once, by a *single* write call: there is never half a row for a reader to trip over.
 
 use std::fs::File;
-use std::io::Write;
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::OutputError;
@@ -35,6 +35,60 @@ impl Table {
         table.line = columns.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(",");
         table.write_line()?;
         Ok(table)
+    }
+
+    /// Opens a table that a run has left, to go on after its first `bytes` bytes: what is beyond them is to be
+    /// [cut off](Self::cut). Nothing is changed yet.
+    ///
+    /// # Errors
+    /// [`OutputError::Unreadable`] if there is no such file, [`OutputError::Request`] if it is shorter, has other columns,
+    /// or no row ends there.
+    pub fn reopen(path: &Path, columns: &[&str], bytes: u64) -> Result<Self, OutputError> {
+        let mut head = columns.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(",");
+        head.push('\n');
+        let open = || -> std::io::Result<(File, Option<&'static str>)> {
+            let mut file = File::options().read(true).write(true).open(path)?;
+            if file.metadata()?.len() < bytes || bytes < head.len() as u64 {
+                return Ok((file, Some("it is shorter than it was")));
+            }
+            let mut start = vec![0; head.len()];
+            file.read_exact(&mut start)?;
+            let mut last = [0];
+            file.seek(SeekFrom::Start(bytes - 1))?;
+            file.read_exact(&mut last)?;
+            let wrong = match () {
+                () if start != head.as_bytes() => Some("it has other columns"),
+                () if last != [b'\n'] => Some("no row ends where one did"),
+                () => None,
+            };
+            Ok((file, wrong))
+        };
+        let (file, wrong) = open().map_err(OutputError::unreadable("the table", path))?;
+        if let Some(wrong) = wrong {
+            return Err(OutputError::request(
+                format!("{} cannot be continued: {wrong} when the checkpoint was written", path.display()),
+                "restart into another directory with --out: what is missing then begins at the checkpoint",
+            ));
+        }
+        Ok(Self { path: path.to_path_buf(), file, columns: columns.len(), line: String::new() })
+    }
+
+    /// Cuts off what is beyond the first `bytes` bytes; rows then go on there.
+    ///
+    /// # Errors
+    /// [`OutputError::File`] if the disk refuses.
+    pub fn cut(&mut self, bytes: u64) -> Result<(), OutputError> {
+        let cut = self.file.set_len(bytes).and_then(|()| self.file.seek(SeekFrom::Start(bytes)));
+        cut.map(|_| ()).map_err(OutputError::file("cut", &self.path))
+    }
+
+    /// Forces all rows to the disk and returns the length of the file.
+    ///
+    /// # Errors
+    /// [`OutputError::File`] if the disk refuses.
+    pub fn settle(&mut self) -> Result<u64, OutputError> {
+        let length = self.file.sync_data().and_then(|()| self.file.stream_position());
+        length.map_err(OutputError::file("write", &self.path))
     }
 
     /// Appends one row; it is in the file when the call returns.

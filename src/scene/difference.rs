@@ -47,10 +47,7 @@ mod tests {
         let new = "[time]\nend = 4.0\nstep = 1\n[[body]]\nspacing = 0.2\nname = \"b\"\n";
         assert!(differences(old, old, |_| false).is_empty());
         let found = differences(old, new, |key| key == "time.end");
-        assert_eq!(
-            found,
-            ["body.0.name: (not set) → \"b\"", "body.0.spacing: 0.1 → 0.2", "dimension: 2 → (not set)"]
-        );
+        assert_eq!(found, ["body.0.name: (not set) → \"b\"", "body.0.spacing: 0.1 → 0.2", "dimension: 2 → (not set)"]);
         assert!(differences(old, new, |_| false).contains(&"time.end: 3 → 4".to_owned()));
     }
 }

@@ -32,8 +32,8 @@
 
 mod build;
 mod checks;
-mod document;
 mod difference;
+mod document;
 mod errors;
 mod files;
 pub(crate) mod findings;

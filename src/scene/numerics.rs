@@ -3,7 +3,8 @@
 use super::document::{Document, Number, SchemeText, Spanned, VolumeRatioText};
 use super::findings::Findings;
 use super::settings::{
-    CheckpointSettings, LineSearch, LinearSettings, NewtonSettings, OutputField, OutputSettings, Scheme, TangentPolicy, Unknowns,
+    CheckpointSettings, LineSearch, LinearSettings, NewtonSettings, OutputField, OutputSettings, Scheme, TangentPolicy,
+    Unknowns,
 };
 
 /// `[newton]`.

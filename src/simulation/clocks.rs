@@ -17,13 +17,19 @@ pub(super) struct Clocks {
     steps: Duration,
     /// What the model had spent when the set-up ended.
     before: (ModelTimes, f64),
+    /// What Newton's method had spent then, in a part of the run before: on factorisations and on solves.
+    newton: (f64, f64),
 }
 
 impl Clocks {
     /// Ends the set-up that began at `begin`.
     pub fn after_setup<const D: usize>(begin: Instant, prepared: &Prepared<D>) -> Self {
         let before = (prepared.model.times(), prepared.model.fill_seconds());
-        Self { begin, setup: begin.elapsed(), steps: Duration::ZERO, before }
+        let newton = prepared.stepper.newton().map_or((0.0, 0.0), |newton| {
+            let totals = newton.totals();
+            (totals.factorisation_seconds, totals.solve_seconds)
+        });
+        Self { begin, setup: begin.elapsed(), steps: Duration::ZERO, before, newton }
     }
 
     /// Adds a step that began at `start`.
@@ -41,8 +47,9 @@ impl Clocks {
         let fill = prepared.model.fill_seconds() - filled;
         let (factorisation, solve) = prepared.stepper.newton().map_or((0.0, 0.0), |newton| {
             let totals = newton.totals();
-            let inside = fill.min(totals.factorisation_seconds);
-            (totals.factorisation_seconds - inside, (totals.solve_seconds - (fill - inside)).max(0.0))
+            let factorisation = (totals.factorisation_seconds - self.newton.0).max(0.0);
+            let inside = fill.min(factorisation);
+            (factorisation - inside, (totals.solve_seconds - self.newton.1 - (fill - inside)).max(0.0))
         });
         let integration = (self.steps.as_secs_f64() - rate - assembly - factorisation - solve).max(0.0);
         let mut seconds = WallSeconds {

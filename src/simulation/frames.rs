@@ -4,13 +4,28 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use crate::model::Model;
-use crate::output::{Frame, OutOfPlane, OutputError, ParticlePlot, Precision, Series, Tensor};
+use crate::output::{Frame, OutOfPlane, OutputError, ParticlePlot, Precision, Series, Tensor, write_atomically};
 use crate::scene::settings::OutputField;
 use crate::tensor::{Tensor as SmallTensor, von_mises};
 
 /// Names of frames: prefix, number, suffix.
 const PREFIX: &str = "fields-";
 const SUFFIX: &str = ".vtu";
+
+/// The index of the frames.
+const INDEX: &str = "fields.pvd";
+
+/// Removes the frames of a directory whose names are to go.
+fn remove_frames(directory: &Path, goes: impl Fn(&str) -> bool) {
+    for entry in std::fs::read_dir(directory).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if is_frame(&name) && goes(&name) {
+            // What cannot be removed will be overwritten, or is outside the index.
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
 
 /// Whether a file name is that of a frame.
 fn is_frame(name: &str) -> bool {
@@ -30,18 +45,58 @@ impl Frames {
     /// Frames of the chosen fields; `provenance` is stored in every file. Frames that an earlier run left
     /// in the directory are removed: beside a shorter index they would pass for results of this run.
     pub fn new(directory: &Path, fields: &[OutputField], provenance: String) -> Self {
-        for entry in std::fs::read_dir(directory).into_iter().flatten().flatten() {
-            if is_frame(&entry.file_name().to_string_lossy()) {
-                // What cannot be removed will be overwritten, or is outside the index.
-                let _ = std::fs::remove_file(entry.path());
-            }
-        }
+        remove_frames(directory, |_| true);
         Self {
             directory: directory.to_path_buf(),
             fields: fields.to_vec(),
             provenance,
-            series: Series::new(&directory.join("fields.pvd")),
+            series: Series::new(&directory.join(INDEX)),
         }
+    }
+
+    /// Goes on after the first `count` frames that a run has left in `source`, whose index is opened here; see
+    /// [`begin`](Self::begin).
+    ///
+    /// # Errors
+    /// If there are not so many.
+    pub fn reopen(
+        source: &Path,
+        fields: &[OutputField],
+        provenance: String,
+        count: usize,
+    ) -> Result<Self, OutputError> {
+        let series = Series::reopen(&source.join(INDEX), count)?;
+        for file in series.files() {
+            let path = source.join(file);
+            std::fs::metadata(&path).map_err(OutputError::unreadable("the frame", &path))?;
+        }
+        Ok(Self { directory: source.to_path_buf(), fields: fields.to_vec(), provenance, series })
+    }
+
+    /// Makes `directory` hold these frames and no others: copies them if they are elsewhere, and removes those that came
+    /// after.
+    ///
+    /// # Errors
+    /// If the disk refuses.
+    pub fn begin(&mut self, directory: &Path, same: bool) -> Result<(), OutputError> {
+        if !same {
+            for file in self.series.files() {
+                let (from, to) = (self.directory.join(file), directory.join(file));
+                let bytes = std::fs::read(&from).map_err(OutputError::unreadable("the frame", &from))?;
+                write_atomically(&to, |file| file.write_all(&bytes))?;
+            }
+            self.directory = directory.to_path_buf();
+            self.series = self.series.clone().moved_to(&directory.join(INDEX));
+        }
+        self.series.write()?;
+        let known: Vec<String> = self.series.files().map(str::to_owned).collect();
+        remove_frames(directory, |name| !known.iter().any(|file| file == name));
+        Ok(())
+    }
+
+    /// Number of frames so far.
+    pub fn count(&self) -> usize {
+        self.series.frames()
     }
 
     /// Writes one frame.

@@ -9,7 +9,8 @@
 //! energy–momentum step takes out, and Crank–Nicolson on linear equations. The work of a moving constraint is the
 //! change of kinetic energy of what it moves, less the work of the other forces on it.
 
-use nicolson_solvers::EvaluationError;
+use nicolson_solvers::snapshot::unfit;
+use nicolson_solvers::{EvaluationError, RestoreError, Snapshot};
 
 use crate::model::{Energies, Model};
 use crate::setup::Constraint;
@@ -88,14 +89,7 @@ impl Ledger {
     /// # Errors
     /// If the state is outside the domain of the law.
     pub fn open<const D: usize>(model: &mut Model<D>, time: f64, state: &[f64]) -> Result<Self, EvaluationError> {
-        let mut ledger = Self { time, ..Self::default() };
-        for (a, constraints) in model.setup().constraints.iter().enumerate() {
-            for (i, constraint) in constraints.iter().enumerate() {
-                if matches!(constraint, Constraint::Moving(_)) {
-                    ledger.moving.push(a * D + i);
-                }
-            }
-        }
+        let mut ledger = Self { time, moving: moving(model), ..Self::default() };
         if model.has_loads() {
             model.loads_at(time, &mut ledger.loads)?;
         }
@@ -118,6 +112,76 @@ impl Ledger {
         Ok(ledger)
     }
 
+    /// Everything that the books hold, but the state at the last row where that is the present state anyway.
+    pub(super) fn save(&self) -> Snapshot {
+        let Entry { kinetic, internal, external, dissipated, total, hourglass } = self.entry;
+        let mut saved = Snapshot::new();
+        saved.put_reals("entry", [kinetic, internal, external, dissipated, total, hourglass]);
+        saved.put_reals("initial", [self.initial]);
+        saved.put_reals("largest", [self.largest_drift, self.largest_error, self.exchange, self.internal]);
+        saved.put_reals("hourglass", self.hourglass.into_iter().collect::<Vec<_>>());
+        saved.put_real("time", self.time);
+        saved.put_reals("loads", &self.loads[..]);
+        saved.put_reals("forces", &self.forces[..]);
+        saved.put_real("constraint_kinetic", self.constraint_kinetic);
+        if let Some(Momenta { linear, angular, drift, scale }) = &self.momentum {
+            saved.put_reals("linear_momentum", &linear[..]);
+            saved.put_reals("angular_momentum", &angular[..]);
+            saved.put_reals("momentum", [drift.0, drift.1, scale.0, scale.1]);
+        }
+        saved
+    }
+
+    /// The books that were saved when `state` was the last row.
+    pub(super) fn restored<const D: usize>(
+        model: &Model<D>,
+        state: &[f64],
+        saved: &Snapshot,
+    ) -> Result<Self, RestoreError> {
+        let [kinetic, internal, external, dissipated, total, hourglass] = saved.some_reals("entry")?;
+        let [largest_drift, largest_error, exchange, largest_internal] = saved.some_reals("largest")?;
+        let vector = |name: &str| -> Result<Vec<f64>, RestoreError> {
+            let found = saved.reals(name)?;
+            let length = if found.is_empty() { 0 } else { model.displacements(state).len() };
+            Ok(saved.reals_of(name, length)?.to_vec())
+        };
+        let mut ledger = Self {
+            entry: Entry { kinetic, internal, external, dissipated, total, hourglass },
+            initial: saved.real("initial")?,
+            largest_drift,
+            largest_error,
+            exchange,
+            internal: largest_internal,
+            hourglass: saved.reals("hourglass")?.first().copied(),
+            time: saved.real("time")?,
+            state: state.to_vec(),
+            mean: Vec::new(),
+            loads: vector("loads")?,
+            forces: vector("forces")?,
+            moving: moving(model),
+            constraint_kinetic: saved.real("constraint_kinetic")?,
+            momentum: None,
+        };
+        if saved.has("momentum") {
+            let [linear_drift, angular_drift, linear_scale, angular_scale] = saved.some_reals("momentum")?;
+            ledger.momentum = Some(Momenta {
+                linear: saved.reals_of("linear_momentum", D)?.to_vec(),
+                angular: saved.some_reals("angular_momentum")?,
+                drift: (linear_drift, angular_drift),
+                scale: (linear_scale, angular_scale),
+            });
+        }
+        if ledger.forces.is_empty() != ledger.moving.is_empty() {
+            return Err(unfit("forces", "what the moving constraints of the scene need"));
+        }
+        Ok(ledger)
+    }
+
+    /// Whether there is hourglass control.
+    pub(super) fn has_hourglass(&self) -> bool {
+        self.hourglass.is_some()
+    }
+
     /// The last row.
     pub fn entry(&self) -> Entry {
         self.entry
@@ -138,6 +202,8 @@ impl Ledger {
         time: f64,
         state: &[f64],
     ) -> Result<Entry, EvaluationError> {
+        // All that can fail comes first: after an error the books are as they were.
+        let mut entry = self.entry;
         if model.dissipates() {
             self.mean.clear();
             self.mean.extend(self.state.iter().zip(state).map(|(a, b)| 0.5 * (a + b)));
@@ -148,29 +214,33 @@ impl Ledger {
                 Ok(power) => power,
                 Err(_) => model.dissipation(time, state)?,
             };
-            self.entry.dissipated += power * (time - self.time);
+            entry.dissipated += power * (time - self.time);
         }
+        let (mut forces, mut loads) = (Vec::new(), Vec::new());
+        let mut constraint_kinetic = self.constraint_kinetic;
         if !self.moving.is_empty() {
-            let before = std::mem::take(&mut self.forces);
-            model.forces_at(time, state, &mut self.forces)?;
+            model.forces_at(time, state, &mut forces)?;
+            let before = &self.forces;
             let moved = model.displacements(state);
             let work: f64 =
-                self.moving.iter().map(|&i| 0.5 * (before[i] + self.forces[i]) * (moved[i] - self.state[i])).sum();
+                self.moving.iter().map(|&i| 0.5 * (before[i] + forces[i]) * (moved[i] - self.state[i])).sum();
             let kinetic = self.kinetic_of_moving(model, state);
-            self.entry.external += kinetic - self.constraint_kinetic - work;
-            self.constraint_kinetic = kinetic;
+            entry.external += kinetic - self.constraint_kinetic - work;
+            constraint_kinetic = kinetic;
         }
         if !self.loads.is_empty() {
-            let before = std::mem::take(&mut self.loads);
-            model.loads_at(time, &mut self.loads)?;
+            model.loads_at(time, &mut loads)?;
             let moved = model.displacements(state);
-            self.entry.external += before
+            entry.external += self
+                .loads
                 .iter()
-                .zip(&self.loads)
+                .zip(&loads)
                 .zip(moved.iter().zip(&self.state))
                 .map(|((f0, f1), (u1, u0))| 0.5 * (f0 + f1) * (u1 - u0))
                 .sum::<f64>();
         }
+        self.entry = entry;
+        (self.forces, self.loads, self.constraint_kinetic) = (forces, loads, constraint_kinetic);
         self.state.copy_from_slice(state);
         self.time = time;
         self.write(model.energies(state));
@@ -228,6 +298,12 @@ impl Ledger {
             angular_momentum: momentum.filter(|m| m.linear.len() > 1).map(|m| relative(m.drift.1, m.scale.1)),
         }
     }
+}
+
+/// Components of displacement whose motion is prescribed.
+fn moving<const D: usize>(model: &Model<D>) -> Vec<usize> {
+    let all = model.setup().constraints.iter().flatten().enumerate();
+    all.filter(|(_, constraint)| matches!(constraint, Constraint::Moving(_))).map(|(i, _)| i).collect()
 }
 
 impl Momenta {

@@ -2,30 +2,37 @@
 //!
 //! The library stays silent: a [`Monitor`] hears of every accepted step. A numerical failure is not
 //! an error of [`run`]; it ends the run with [`Status::Failed`], with everything computed so far on
-//! disk. An error of [`run`] means that nothing was computed, or that the disk refused.
+//! disk. An error of [`run`] means that nothing was computed, or that the disk refused. [`restart`] goes on from a
+//! [`Checkpoint`] as if the run had never ended.
 
 mod amplification;
+mod checkpoint;
 mod choices;
 mod clocks;
 mod comparison;
 pub mod diagnostics;
 mod frames;
+mod keeper;
 mod ledger;
 mod preload;
 mod prepare;
 mod probes;
 mod recorder;
+mod resume;
 mod tangent;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use nicolson_solvers::EvaluationError;
 use nicolson_solvers::time::{StepFailure, StepReport};
 
+pub use checkpoint::{About, Checkpoint, FOLDER as CHECKPOINT_FOLDER, InputFile};
 use clocks::Clocks;
 pub use comparison::errors as exact_errors;
+use keeper::Keeper;
 pub use ledger::{Entry, Ledger, Summary};
 pub use prepare::{Forecast, Prepared, prepare};
 pub use probes::Gauge;
@@ -43,6 +50,10 @@ pub struct RunOptions {
     pub directory: Option<PathBuf>,
     /// Command line, for the provenance.
     pub command: String,
+    /// Asks for a checkpoint after the present step; taken back when it is written.
+    pub checkpoint_request: Option<Arc<AtomicBool>>,
+    /// Where a log of the solves goes, for checkpoints to remember.
+    pub solve_log: Option<PathBuf>,
 }
 
 /// Why a run could not begin, or could not write.
@@ -96,6 +107,8 @@ pub struct Plan<'a> {
     pub explicit_step_limit: f64,
     /// What the user should know.
     pub warnings: &'a [String],
+    /// Steps done and time reached before, s, for a run that goes on from a checkpoint.
+    pub resumed: Option<(usize, f64)>,
 }
 
 /// What a monitor hears of an accepted step.
@@ -160,23 +173,80 @@ pub fn run(
     monitor: &mut dyn Monitor,
     interrupt: &AtomicBool,
 ) -> Result<Outcome, RunError> {
+    start(scene, None, options, monitor, interrupt)
+}
+
+/// Goes on from a checkpoint, in its own directory or in another one, as if the run had never ended: the results are the
+/// same to the last bit. `scene` is that of the [checkpoint](Checkpoint::scene).
+///
+/// With `forced`, a scene with other keys is taken as well: the state then goes on, and scheme and solvers begin anew.
+///
+/// # Errors
+/// As [`run`]; also if the scene is not that of the checkpoint and that is not forced, or if the files of the run do not
+/// fit.
+pub fn restart(
+    scene: &Scene,
+    checkpoint: &Checkpoint,
+    forced: bool,
+    options: &RunOptions,
+    monitor: &mut dyn Monitor,
+    interrupt: &AtomicBool,
+) -> Result<Outcome, RunError> {
+    let differences = checkpoint.differences(scene);
+    if !differences.is_empty() && !forced {
+        return Err(RunError::Choice(format!(
+            "{}: the scene is not that of the checkpoint:\n  {}\nrestart without these changes, or with --force: the state \
+             then goes on, and scheme and solvers begin anew",
+            checkpoint.path.display(),
+            differences.join("\n  ")
+        )));
+    }
+    let from = From { checkpoint, forced: !differences.is_empty() };
+    start(scene, Some(from), options, monitor, interrupt)
+}
+
+/// What a run goes on from.
+#[derive(Clone, Copy)]
+struct From<'a> {
+    checkpoint: &'a Checkpoint,
+    forced: bool,
+}
+
+fn start(
+    scene: &Scene,
+    from: Option<From<'_>>,
+    options: &RunOptions,
+    monitor: &mut dyn Monitor,
+    interrupt: &AtomicBool,
+) -> Result<Outcome, RunError> {
     match scene.dimension() {
-        1 => run_in::<1>(scene, options, monitor, interrupt),
-        2 => run_in::<2>(scene, options, monitor, interrupt),
-        _ => run_in::<3>(scene, options, monitor, interrupt),
+        1 => run_in::<1>(scene, from, options, monitor, interrupt),
+        2 => run_in::<2>(scene, from, options, monitor, interrupt),
+        _ => run_in::<3>(scene, from, options, monitor, interrupt),
     }
 }
 
 fn run_in<const D: usize>(
     scene: &Scene,
+    from: Option<From<'_>>,
     options: &RunOptions,
     monitor: &mut dyn Monitor,
     interrupt: &AtomicBool,
 ) -> Result<Outcome, RunError> {
     let begin = Instant::now();
     let mut prepared = prepare::<D>(scene)?;
+    if options.directory.is_some() && scene.checkpoint.keep > 0 {
+        prepared.model.keep_linearisation_points();
+    }
+    if let Some(From { checkpoint, forced }) = from {
+        resume::restore(&mut prepared, checkpoint, forced)?;
+    }
     let mut clocks = Clocks::after_setup(begin, &prepared);
-    let mut recorder = Recorder::open(scene, options, &mut prepared)?;
+    let mut keeper = Keeper::new(scene, options, from.map(|from| from.checkpoint));
+    let mut recorder = match from {
+        None => Recorder::open(scene, options, &mut prepared)?,
+        Some(from) => Recorder::resume(scene, options, &mut prepared, from.checkpoint)?,
+    };
     monitor.started(&Plan {
         title: &prepared.model.setup().title,
         end: prepared.end,
@@ -185,14 +255,19 @@ fn run_in<const D: usize>(
         scheme: prepared.stepper.scheme().name(),
         explicit_step_limit: prepared.explicit_step_limit,
         warnings: &prepared.warnings,
+        resumed: from.map(|from| (from.checkpoint.about.step, from.checkpoint.about.time)),
     });
     let mut message = None;
     let mut status = Status::Completed;
     let mut told = prepared.warnings.len();
+    // Why a last checkpoint is to be written, and the first refusal of the disk.
+    let mut cause = keeper.due_at_end();
+    let mut refusal = None;
     while prepared.state.time < prepared.end {
         if interrupt.load(Ordering::Relaxed) {
             status = Status::Interrupted;
             message = Some(format!("interrupted at t = {} s", prepared.state.time));
+            cause = Some("interrupt");
             break;
         }
         let target = recorder.next_frame().min(prepared.end);
@@ -205,13 +280,12 @@ fn run_in<const D: usize>(
                 if let Err(RunError::Outside { .. }) = &recorded {
                     status = Status::Failed;
                     message = recorded.err().map(|error| prepared.advise(&error.to_string()));
+                    cause = Some("failure");
                     break;
                 }
                 if let Err(error) = recorded {
-                    // The results so far are worth a report even where the disk refuses more of them.
-                    let failed = Some(error.to_string());
-                    let _ = recorder.close(&prepared, Status::Failed, failed, &clocks);
-                    return Err(error);
+                    refusal = Some(error);
+                    break;
                 }
                 prepared.warnings[told..].iter().for_each(|warning| monitor.warned(warning));
                 told = prepared.warnings.len();
@@ -221,17 +295,39 @@ fn run_in<const D: usize>(
                     explicit_step_limit: prepared.explicit_step_limit,
                     step: &step,
                 });
+                if let Some(cause) = keeper.due(prepared.stepper.statistics().accepted) {
+                    refusal = keeper.write(scene, cause, &mut prepared, &mut recorder, &clocks).err();
+                    if refusal.is_some() {
+                        break;
+                    }
+                }
             }
             Err(failure) => {
                 monitor.failed(&failure);
                 status = Status::Failed;
                 message = Some(prepared.explain(&failure));
+                cause = Some("failure");
                 break;
             }
         }
+    }
+    if let (None, Some(cause)) = (&refusal, cause) {
+        // Before the last frame, which is not one of the frames of a run that goes on.
+        refusal = keeper.write(scene, cause, &mut prepared, &mut recorder, &clocks).err();
+    }
+    if let Some(error) = refusal {
+        // The results so far are worth a report even where the disk refuses more of them.
+        let _ = recorder.close(&prepared, Status::Failed, Some(error.to_string()), &clocks);
+        return Err(error);
     }
     let report = recorder.close(&prepared, status, message, &clocks)?;
     report.warnings[told..].iter().for_each(|warning| monitor.warned(warning));
     monitor.finished(&report);
     Ok(Outcome { report, state: prepared.state.values })
+}
+
+/// Whether two paths are the same place, as far as they exist.
+fn same_place(one: &Path, other: &Path) -> bool {
+    let [one, other] = [one, other].map(|path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf()));
+    one == other
 }

@@ -105,6 +105,8 @@ pub fn prepare<const D: usize>(scene: &Scene) -> Result<Prepared<D>, RunError> {
     if let (Some(minimum), None, None) = (time.minimum_step, time.adaptive, time.effort) {
         retries.smallest_fraction = (minimum / step).min(1.0);
     }
+    // What was linearised so far is not where the run begins.
+    model.forget_linearisation();
     let stepper = Stepper::new(scheme, control, newton)
         .and_then(|stepper| stepper.with_retries(retries))
         .map_err(|error| RunError::Choice(error.to_string()))?;

@@ -1,8 +1,9 @@
 //! Everything a run leaves on disk, and the report.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use nicolson_solvers::Snapshot;
 use nicolson_solvers::time::{StepReport, TimeState};
 
 use super::frames::{Frames, draw_particles};
@@ -12,12 +13,17 @@ use super::{Clocks, Prepared, RunError, RunOptions, comparison};
 use crate::discretisation::BalanceReport;
 use crate::output::{
     BalanceWork, Bottleneck, EnergyBudget, HistoryColumns, LinearWork, NewtonWork, ProbeColumns, Provenance, Report,
-    Status, Steps, Table, prepare_directory,
+    Status, Steps, Table, WallSeconds, prepare_directory,
 };
 use crate::scene::Scene;
 
+/// The table of energies, and that of probes.
+pub(super) const HISTORY_FILE: &str = "history.csv";
+/// See [`HISTORY_FILE`].
+pub(super) const PROBES_FILE: &str = "probes.csv";
+
 /// Columns of `history.csv`.
-const HISTORY: [&str; 10] =
+pub(super) const HISTORY: [&str; 10] =
     ["t", "dt", "kinetic", "internal", "external", "dissipated", "total", "newton_iterations", "rejected", "hourglass"];
 
 /// Energy of the hourglass control over the internal energy that is worth a warning.
@@ -25,24 +31,26 @@ const MUCH_HOURGLASS: f64 = 0.05;
 
 /// Writes histories, probes and frames as the run goes on, plots and report at its end.
 pub struct Recorder<const D: usize> {
-    directory: Option<PathBuf>,
-    provenance: Provenance,
-    ledger: Ledger,
-    keeps_history: bool,
-    hourglass_warned: bool,
-    history: Option<Table>,
-    columns: HistoryColumns,
-    gauges: Vec<Gauge<D>>,
-    probe_table: Option<Table>,
-    probe_columns: ProbeColumns,
-    frames: Option<Frames>,
-    interval: Option<f64>,
-    frame_count: usize,
-    last_frame: f64,
-    plots: bool,
+    pub(super) directory: Option<PathBuf>,
+    pub(super) provenance: Provenance,
+    pub(super) ledger: Ledger,
+    pub(super) keeps_history: bool,
+    pub(super) hourglass_warned: bool,
+    pub(super) history: Option<Table>,
+    pub(super) columns: HistoryColumns,
+    pub(super) gauges: Vec<Gauge<D>>,
+    pub(super) probe_table: Option<Table>,
+    pub(super) probe_columns: ProbeColumns,
+    pub(super) frames: Option<Frames>,
+    pub(super) interval: Option<f64>,
+    pub(super) frame_count: usize,
+    pub(super) last_frame: f64,
+    pub(super) plots: bool,
     /// Time spent on the ledger, and on all the rest.
-    accounting: Duration,
-    writing: Duration,
+    pub(super) accounting: Duration,
+    pub(super) writing: Duration,
+    /// Wall-clock time of the parts of the run before.
+    pub(super) earlier: WallSeconds,
 }
 
 impl<const D: usize> Recorder<D> {
@@ -52,28 +60,41 @@ impl<const D: usize> Recorder<D> {
     /// If the directory or a file in it cannot be written.
     pub fn open(scene: &Scene, options: &RunOptions, prepared: &mut Prepared<D>) -> Result<Self, RunError> {
         let start = Instant::now();
-        let output = &scene.output;
-        let provenance = Provenance {
-            version: env!("CARGO_PKG_VERSION").into(),
-            commit: option_env!("NICOLSON_COMMIT").unwrap_or_default().into(),
-            threads: rayon::current_num_threads(),
-            scene: scene.text().into(),
-            command: options.command.clone(),
-        };
-        let model = &mut prepared.model;
-        let ledger = Ledger::open(model, prepared.state.time, &prepared.state.values)
+        let ledger = Ledger::open(&mut prepared.model, prepared.state.time, &prepared.state.values)
             .map_err(|error| RunError::Choice(format!("initial state: {error}")))?;
-        let gauges: Vec<Gauge<D>> = model.setup().probes.iter().map(|probe| Gauge::new(probe, model)).collect();
-        let names: Vec<String> = gauges.iter().flat_map(Gauge::columns).collect();
+        let mut recorder = Self::new(scene, options, prepared, ledger);
+        recorder.accounting = start.elapsed();
+        if let Some(directory) = &options.directory {
+            prepare_directory(directory).map_err(|error| RunError::Choice(error.to_string()))?;
+            recorder.begin_tables(directory)?;
+            recorder.frames = Some(Frames::new(directory, &scene.output.fields, recorder.origin()));
+        }
+        recorder.row(prepared, 0.0, 0, 0)?;
+        recorder.frame(prepared)?;
+        recorder.writing = start.elapsed().saturating_sub(recorder.accounting);
+        Ok(recorder)
+    }
+
+    /// A recorder that has written nothing.
+    pub(super) fn new(scene: &Scene, options: &RunOptions, prepared: &Prepared<D>, ledger: Ledger) -> Self {
+        let output = &scene.output;
+        let model = &prepared.model;
         let mut recorder = Self {
             directory: options.directory.clone(),
-            provenance,
+            provenance: Provenance {
+                version: env!("CARGO_PKG_VERSION").into(),
+                commit: option_env!("NICOLSON_COMMIT").unwrap_or_default().into(),
+                threads: rayon::current_num_threads(),
+                scene: scene.text().into(),
+                command: options.command.clone(),
+                parent_checkpoint: String::new(),
+            },
             ledger,
             keeps_history: output.history,
             hourglass_warned: false,
             history: None,
             columns: HistoryColumns::default(),
-            gauges,
+            gauges: model.setup().probes.iter().map(|probe| Gauge::new(probe, model)).collect(),
             probe_table: None,
             probe_columns: ProbeColumns::default(),
             frames: None,
@@ -81,34 +102,78 @@ impl<const D: usize> Recorder<D> {
             frame_count: 0,
             last_frame: f64::NEG_INFINITY,
             plots: output.plots,
-            accounting: start.elapsed(),
+            accounting: Duration::ZERO,
             writing: Duration::ZERO,
+            earlier: WallSeconds::default(),
         };
-        if let Some(directory) = &options.directory {
-            prepare_directory(directory).map_err(|error| RunError::Choice(error.to_string()))?;
-            if output.history {
-                recorder.history = Some(Table::create(&directory.join("history.csv"), &HISTORY)?);
-            }
-            if !recorder.gauges.is_empty() {
-                let mut titles = vec!["t"];
-                titles.extend(names.iter().map(String::as_str));
-                recorder.probe_table = Some(Table::create(&directory.join("probes.csv"), &titles)?);
-            }
-            // Neither threads nor command: frames are the same bytes however they were computed.
-            let origin = serde_json::json!({
-                "program": "nicolson",
-                "version": recorder.provenance.version,
-                "commit": recorder.provenance.commit,
-                "scene": recorder.provenance.scene,
-            });
-            recorder.frames = Some(Frames::new(directory, &output.fields, origin.to_string()));
-        }
         recorder.probe_columns.names = recorder.displacement_columns();
         recorder.probe_columns.values = vec![Vec::new(); recorder.probe_columns.names.len()];
-        recorder.row(prepared, 0.0, 0, 0)?;
-        recorder.frame(prepared)?;
-        recorder.writing = start.elapsed().saturating_sub(recorder.accounting);
-        Ok(recorder)
+        recorder
+    }
+
+    /// Begins the tables that are wanted and are not there yet.
+    pub(super) fn begin_tables(&mut self, directory: &Path) -> Result<(), RunError> {
+        if self.keeps_history && self.history.is_none() {
+            self.history = Some(Table::create(&directory.join(HISTORY_FILE), &HISTORY)?);
+        }
+        if !self.gauges.is_empty() && self.probe_table.is_none() {
+            let titles = self.probe_titles();
+            let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
+            self.probe_table = Some(Table::create(&directory.join(PROBES_FILE), &titles)?);
+        }
+        Ok(())
+    }
+
+    /// Titles of all columns of `probes.csv`.
+    pub(super) fn probe_titles(&self) -> Vec<String> {
+        std::iter::once("t".to_owned()).chain(self.gauges.iter().flat_map(Gauge::columns)).collect()
+    }
+
+    /// What every frame says about where it comes from: neither threads nor command, so that frames are the same bytes
+    /// however they were computed.
+    pub(super) fn origin(&self) -> String {
+        serde_json::json!({
+            "program": "nicolson",
+            "version": self.provenance.version,
+            "commit": self.provenance.commit,
+            "scene": self.provenance.scene,
+        })
+        .to_string()
+    }
+
+    /// Adds what a restart needs to a checkpoint, after everything written so far has reached the disk.
+    ///
+    /// # Errors
+    /// If the disk refuses.
+    pub fn save(&mut self, arrays: &mut Snapshot) -> Result<(), RunError> {
+        let mut saved = Snapshot::new();
+        for (name, table) in [("history", &mut self.history), ("probes", &mut self.probe_table)] {
+            if let Some(table) = table {
+                saved.put_integers(name, vec![table.settle()?]);
+            }
+        }
+        saved.put_counts("frames", &[self.frames.as_ref().map_or(0, Frames::count), self.frame_count]);
+        saved.put_real("last_frame", self.last_frame);
+        saved.put_reals("interval", self.interval.into_iter().collect::<Vec<_>>());
+        saved.put_flag("hourglass_warned", self.hourglass_warned);
+        arrays.put_part("recorder", saved);
+        if self.keeps_history {
+            arrays.put_part("ledger", self.ledger.save());
+        } else {
+            // The energy at the start is all that is told without a history.
+            arrays.put_part("first_ledger", self.ledger.save());
+        }
+        Ok(())
+    }
+
+    /// Adds time spent on output.
+    pub fn spent(&mut self, time: Duration) {
+        self.writing += time;
+    }
+
+    /// Wall-clock time so far, that of the parts of the run before included.
+    pub fn wall_seconds(&self, prepared: &Prepared<D>, clocks: &Clocks) -> WallSeconds {
+        clocks.read(prepared, self.accounting, self.writing).plus(&self.earlier)
     }
 
     /// Titles of the plotted probe columns.
@@ -282,7 +347,7 @@ impl<const D: usize> Recorder<D> {
             },
             rate_evaluations: statistics.rate_evaluations,
             explicit_step_limit: Some(prepared.explicit_step_limit),
-            wall_seconds: clocks.read(prepared, self.accounting, self.writing),
+            wall_seconds: self.wall_seconds(prepared, clocks),
             bottleneck: Bottleneck::default(),
             energy: EnergyBudget {
                 initial: ledger.totals.0,

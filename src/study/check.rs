@@ -38,7 +38,11 @@ impl Study {
                     Ok(_) => "it is not UTF-8 text".to_owned(),
                 };
                 let message = format!("the scene {} cannot be read: {reason}", self.scene.display());
-                findings.error(self.scene_span.clone(), message, "correct `scene`, a path from the folder of the study");
+                findings.error(
+                    self.scene_span.clone(),
+                    message,
+                    "correct `scene`, a path from the folder of the study",
+                );
                 findings.finish()?;
                 return Err(SceneErrors::default());
             }
@@ -126,10 +130,15 @@ impl Study {
 
 fn remedy(path: &str, names: &[String]) -> String {
     let near = closest(path, names.iter().map(String::as_str)).map(|near| format!("did you mean `{near}`? "));
-    let measured: Vec<&str> =
-        names.iter().map(String::as_str).filter(|name| name.starts_with("errors.") || name.starts_with("probes.")).collect();
+    let measured: Vec<&str> = names
+        .iter()
+        .map(String::as_str)
+        .filter(|name| name.starts_with("errors.") || name.starts_with("probes."))
+        .collect();
     let list = match measured.is_empty() {
-        true => "it has neither an exact solution nor probes: give it one, or name another number of report.json".to_owned(),
+        true => {
+            "it has neither an exact solution nor probes: give it one, or name another number of report.json".to_owned()
+        }
         false => format!("there are {}, and the other numbers of report.json", measured.join(", ")),
     };
     format!("{}{list}", near.unwrap_or_default())

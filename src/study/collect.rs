@@ -50,17 +50,22 @@ pub fn collect(directory: &Path, out: Option<&Path>) -> Result<Collected, Output
     let copy = directory.join(STUDY_FILE);
     if !copy.is_file() {
         let what = format!("there is no {STUDY_FILE} in {}", directory.display());
-        return Err(OutputError::request(what, "give the directory of a study (`nicolson sweep STUDY.toml --out DIR`)"));
+        return Err(OutputError::request(
+            what,
+            "give the directory of a study (`nicolson sweep STUDY.toml --out DIR`)",
+        ));
     }
-    let study = Study::read(&copy)
-        .map_err(|errors| OutputError::Malformed { path: copy, reason: errors.to_string() })?;
+    let study =
+        Study::read(&copy).map_err(|errors| OutputError::Malformed { path: copy, reason: errors.to_string() })?;
     let found: Vec<Found> = study.cases.iter().map(|case| look(directory, case)).collect();
     let file = out.map_or_else(|| directory.join(TABLE), Path::to_path_buf);
     write_table(&study, &found, &file)?;
     let mut files = vec![file];
     let mut tables = Vec::new();
     if let Some(wanted) = &study.convergence {
-        let value = |case: &Case, path: &str| found.get(case.index - 1).and_then(|found| found.completed()).and_then(|report| find(report, path));
+        let value = |case: &Case, path: &str| {
+            found.get(case.index - 1).and_then(|found| found.completed()).and_then(|report| find(report, path))
+        };
         tables = convergence::tables(&study, wanted, &value);
         files.extend(convergence::write(&tables, wanted, &study.title, directory)?);
     }
@@ -152,7 +157,9 @@ fn paths(value: &Value, place: String, found: &mut BTreeSet<String>) {
             found.insert(place);
         }
         Value::Object(entries) => entries.iter().for_each(|(key, entry)| paths(entry, format!("{place}.{key}"), found)),
-        Value::Array(list) => list.iter().enumerate().for_each(|(at, entry)| paths(entry, format!("{place}.{at}"), found)),
+        Value::Array(list) => {
+            list.iter().enumerate().for_each(|(at, entry)| paths(entry, format!("{place}.{at}"), found))
+        }
         _ => {}
     }
 }

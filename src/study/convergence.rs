@@ -52,7 +52,11 @@ impl fmt::Display for ConvergenceTable {
         let width = self.size_name.chars().count().max(10);
         let is_error = self.reference == Reference::Itself;
         let value_title = if is_error { String::new() } else { format!("  {:>16}", "value") };
-        writeln!(formatter, "  {:>5}  {:>width$}{value_title}  {:>10}  {:>6}", "case", self.size_name, "error", "order")?;
+        writeln!(
+            formatter,
+            "  {:>5}  {:>width$}{value_title}  {:>10}  {:>6}",
+            "case", self.size_name, "error", "order"
+        )?;
         for level in &self.levels {
             let Level { case, size, value, error, order } = level;
             let error = error.map_or_else(|| "–".to_owned(), |error| format!("{error:.3e}"));
@@ -121,9 +125,14 @@ fn plot(tables: &[ConvergenceTable], quantity: &str, title: &str) -> LinePlot {
     let mut size_name = "size".to_owned();
     for table in tables.iter().filter(|table| table.quantity == quantity) {
         size_name.clone_from(&table.size_name);
-        let points: Vec<(f64, f64)> =
-            table.levels.iter().filter_map(|level| Some((level.size, level.error.filter(|error| *error > 0.0)?))).collect();
-        if let (&[.., coarse, fine], Some(order)) = (&points[..], table.levels.iter().rev().find_map(|level| level.order)) {
+        let points: Vec<(f64, f64)> = table
+            .levels
+            .iter()
+            .filter_map(|level| Some((level.size, level.error.filter(|error| *error > 0.0)?)))
+            .collect();
+        if let (&[.., coarse, fine], Some(order)) =
+            (&points[..], table.levels.iter().rev().find_map(|level| level.order))
+        {
             let nominal = (2.0 * order).round() / 2.0;
             if nominal > 0.0 && !slopes.iter().any(|slope| slope.order == nominal) {
                 slopes.push(Slope { order: nominal, from: fine, to: coarse.0 });
@@ -133,5 +142,14 @@ fn plot(tables: &[ConvergenceTable], quantity: &str, title: &str) -> LinePlot {
     }
     let errors = tables.iter().any(|table| table.quantity == quantity && table.reference != Reference::Itself);
     let y_label = if errors { format!("error of {quantity}") } else { quantity.to_owned() };
-    LinePlot { title: title.to_owned(), x_label: size_name, y_label, series, log_x: true, log_y: true, slopes, ..LinePlot::default() }
+    LinePlot {
+        title: title.to_owned(),
+        x_label: size_name,
+        y_label,
+        series,
+        log_x: true,
+        log_y: true,
+        slopes,
+        ..LinePlot::default()
+    }
 }

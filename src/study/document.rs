@@ -120,7 +120,11 @@ fn read(table: &Table, text: &str, findings: &mut Findings<'_>) -> Option<Parts>
     let scene = match table.get("scene") {
         Some(item) => string(item, "scene", findings).map(|scene| (scene, span_of(item))),
         None => {
-            findings.error(0..0, "the key `scene` is missing", "add `scene = \"SCENE.toml\"`, a path from the folder of the study");
+            findings.error(
+                0..0,
+                "the key `scene` is missing",
+                "add `scene = \"SCENE.toml\"`, a path from the folder of the study",
+            );
             None
         }
     };
@@ -171,13 +175,21 @@ fn rows(table: &Table, text: &str, findings: &mut Findings<'_>) -> Option<Vec<Ve
         }
         (Some(grid), None) => {
             let Some(grid) = grid.as_table_like() else {
-                findings.error(span_of(grid), "`grid` is not a table", "write `[grid]` and a key with a list of values per line");
+                findings.error(
+                    span_of(grid),
+                    "`grid` is not a table",
+                    "write `[grid]` and a key with a list of values per line",
+                );
                 return None;
             };
             let found = entries(grid, findings);
             let axes: Vec<Vec<Assignment>> = found.iter().filter_map(|entry| values(entry, text, findings)).collect();
             if found.is_empty() {
-                findings.error(key_span(table, "grid"), "the grid has no keys", "add one, as `body.0.spacing = [0.2, 0.1]`");
+                findings.error(
+                    key_span(table, "grid"),
+                    "the grid has no keys",
+                    "add one, as `body.0.spacing = [0.2, 0.1]`",
+                );
                 return None;
             }
             let rows = product(&axes, MOST_CASES);
@@ -191,7 +203,11 @@ fn rows(table: &Table, text: &str, findings: &mut Findings<'_>) -> Option<Vec<Ve
             Some(list.iter().map(row).collect())
         }
         (None, Some(other)) => {
-            findings.error(span_of(other), "`case` is not a list of tables", "write `[[case]]` before the keys of every case");
+            findings.error(
+                span_of(other),
+                "`case` is not a list of tables",
+                "write `[[case]]` before the keys of every case",
+            );
             None
         }
         (None, None) => Some(vec![Vec::new()]),
@@ -219,10 +235,15 @@ fn convergence(item: &Item, text: &str, findings: &mut Findings<'_>) -> Option<C
     let place = item.span().unwrap_or(0..0);
     let mut quantities = Vec::new();
     match table.get("quantity").and_then(Item::as_value) {
-        None => findings.error(place.clone(), "the key `quantity` is missing", "add `quantity = \"errors.displacement.l2\"` or another number of report.json"),
+        None => findings.error(
+            place.clone(),
+            "the key `quantity` is missing",
+            "add `quantity = \"errors.displacement.l2\"` or another number of report.json",
+        ),
         Some(value) => {
             let one = std::slice::from_ref(value);
-            let all: Vec<&toml_edit::Value> = value.as_array().map_or(one.iter().collect(), |list| list.iter().collect());
+            let all: Vec<&toml_edit::Value> =
+                value.as_array().map_or(one.iter().collect(), |list| list.iter().collect());
             for value in all {
                 let span = value.span().unwrap_or_else(|| place.clone());
                 match value.as_str() {
@@ -235,13 +256,22 @@ fn convergence(item: &Item, text: &str, findings: &mut Findings<'_>) -> Option<C
     let exact = table.get("exact").and_then(|item| {
         let found = item.as_value().and_then(number).filter(|number| number.is_finite());
         if found.is_none() {
-            findings.error(span_of(item), "`exact` is not a number", "give the exact value, or leave it out: it is extrapolated");
+            findings.error(
+                span_of(item),
+                "`exact` is not a number",
+                "give the exact value, or leave it out: it is extrapolated",
+            );
         }
         found
     });
-    let refined = table.get("refine").and_then(Item::as_table_like).map(|refine| entries(refine, findings)).unwrap_or_default();
+    let refined =
+        table.get("refine").and_then(Item::as_table_like).map(|refine| entries(refine, findings)).unwrap_or_default();
     if refined.is_empty() {
-        findings.error(place.clone(), "no key is refined", "add `[convergence.refine]` and a key, as `body.0.spacing = 1.0`, a factor of the size");
+        findings.error(
+            place.clone(),
+            "no key is refined",
+            "add `[convergence.refine]` and a key, as `body.0.spacing = 1.0`, a factor of the size",
+        );
         return None;
     }
     let sizes = orders::sizes(table.get("sizes"), &refined, &place, findings)?;
@@ -283,7 +313,11 @@ fn assignments(item: &Item, name: &str, text: &str, findings: &mut Findings<'_>)
     match item.as_table_like() {
         Some(table) => entries(table, findings).iter().map(|entry| Assignment::of(entry, text)).collect(),
         None => {
-            findings.error(span_of(item), format!("`{name}` is not a table"), format!("write `[{name}]` and its keys below it"));
+            findings.error(
+                span_of(item),
+                format!("`{name}` is not a table"),
+                format!("write `[{name}]` and its keys below it"),
+            );
             Vec::new()
         }
     }
@@ -297,7 +331,8 @@ fn too_many(table: &Table, findings: &mut Findings<'_>) {
 
 fn known_keys(table: &dyn toml_edit::TableLike, known: &[&str], findings: &mut Findings<'_>) {
     for (name, _) in table.iter().filter(|(name, _)| !known.contains(name)) {
-        let guess = closest(name, known.iter().copied()).map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
+        let guess =
+            closest(name, known.iter().copied()).map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
         let span = table.key(name).and_then(toml_edit::Key::span).unwrap_or(0..0);
         findings.error(span, format!("unknown key `{name}`"), format!("{guess}the keys here are {}", known.join(", ")));
     }

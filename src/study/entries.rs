@@ -36,7 +36,8 @@ fn descend(table: &dyn TableLike, prefix: &str, findings: &mut Findings<'_>, fou
                 found.push(Entry { key, value: value.clone(), key_span, value_span });
             }
             Item::ArrayOfTables(_) => {
-                let remedy = "give one value, or a list in square brackets; elements are named by index: `body.0.spacing`";
+                let remedy =
+                    "give one value, or a list in square brackets; elements are named by index: `body.0.spacing`";
                 findings.error(key_span, format!("`{key}` is a list of tables"), remedy);
             }
             Item::None => {}
@@ -52,11 +53,13 @@ pub(super) fn line(value: &Value, text: &str) -> String {
             format!("[{}]", inner.join(", "))
         }
         Value::InlineTable(table) => {
-            let inner: Vec<String> = table.iter().map(|(key, value)| format!("{} = {}", quoted(key), line(value, text))).collect();
+            let inner: Vec<String> =
+                table.iter().map(|(key, value)| format!("{} = {}", quoted(key), line(value, text))).collect();
             format!("{{ {} }}", inner.join(", "))
         }
         scalar => {
-            let written = scalar.span().and_then(|span| text.get(span)).filter(|written| !written.contains(['\n', '\r']));
+            let written =
+                scalar.span().and_then(|span| text.get(span)).filter(|written| !written.contains(['\n', '\r']));
             match (written, scalar.as_str()) {
                 (Some(written), _) => written.to_owned(),
                 (None, Some(string)) => Value::from(string.replace(['\n', '\r'], " ")).to_string().trim().to_owned(),

@@ -46,9 +46,15 @@ pub enum Reference {
 }
 
 /// Errors and orders of values measured on levels from coarse to fine.
-pub(super) fn levels(cases: &[(usize, f64)], values: &[Option<f64>], is_error: bool, exact: Option<f64>) -> (Vec<Level>, Reference) {
+pub(super) fn levels(
+    cases: &[(usize, f64)],
+    values: &[Option<f64>],
+    is_error: bool,
+    exact: Option<f64>,
+) -> (Vec<Level>, Reference) {
     let values: Vec<Option<f64>> = values.iter().map(|value| value.filter(|value| value.is_finite())).collect();
-    let known: Vec<(f64, f64)> = cases.iter().zip(&values).filter_map(|((_, size), value)| Some((*size, (*value)?))).collect();
+    let known: Vec<(f64, f64)> =
+        cases.iter().zip(&values).filter_map(|((_, size), value)| Some((*size, (*value)?))).collect();
     let reference = match exact {
         _ if is_error => Reference::Itself,
         Some(exact) => Reference::Exact(exact),
@@ -112,7 +118,12 @@ fn richardson(levels: &[(f64, f64)]) -> Option<(f64, f64)> {
 }
 
 /// The sizes as given, or those of the first refined key.
-pub(super) fn sizes(item: Option<&Item>, refined: &[Entry], place: &Span, findings: &mut Findings<'_>) -> Option<Vec<f64>> {
+pub(super) fn sizes(
+    item: Option<&Item>,
+    refined: &[Entry],
+    place: &Span,
+    findings: &mut Findings<'_>,
+) -> Option<Vec<f64>> {
     let (list, span) = match item {
         Some(item) => (item.as_array(), item.span().unwrap_or_else(|| place.clone())),
         None => (refined.first()?.value.as_array(), refined.first()?.value_span.clone()),
@@ -123,7 +134,8 @@ pub(super) fn sizes(item: Option<&Item>, refined: &[Entry], place: &Span, findin
         findings.error(span, "the sizes are not a list of numbers", remedy);
         return None;
     };
-    if sizes.len() < 2 || !sizes.iter().all(|size| size.is_finite() && *size > 0.0) || !sizes.is_sorted_by(|a, b| a > b) {
+    if sizes.len() < 2 || !sizes.iter().all(|size| size.is_finite() && *size > 0.0) || !sizes.is_sorted_by(|a, b| a > b)
+    {
         let remedy = "give at least two positive sizes, from coarse to fine; three where the exact value is not known";
         findings.error(span, "the sizes do not fall", remedy);
         return None;

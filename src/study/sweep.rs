@@ -240,7 +240,8 @@ fn case_text(study: &Study, case: &Case) -> String {
         command += &format!(" --set {}", quote(&format!("{}={}", one.key, one.value)));
     }
     // No line of a comment must end early.
-    let comment = format!("Case {} of {}. The same alone: {command}", case.index, study.title).replace(['\n', '\r'], " ");
+    let comment =
+        format!("Case {} of {}. The same alone: {command}", case.index, study.title).replace(['\n', '\r'], " ");
     format!("# {comment}\nindex = {}\n\n{}", case.index, case.table())
 }
 

@@ -14,8 +14,8 @@ use super::gmres::Gmres;
 use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, check_vectors, is_known, misses, residual};
 use super::minres::Minres;
 use super::{
-    CoarseMatrix, Geometry, LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, OperatorAge, Places,
-    SparseMatrix, SparsePattern, Symmetry, Tangent, Tents, precondition,
+    CoarseMatrix, Geometry, LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, OperatorAge,
+    Places, SparseMatrix, SparsePattern, Symmetry, Tangent, Tents, precondition,
 };
 use crate::snapshot::{RestoreError, Snapshot};
 use crate::vector::{axpy, dot, first_not_finite, max_norm, norm};

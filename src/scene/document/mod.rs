@@ -26,8 +26,8 @@ pub(in crate::scene) use material::{
     TransverseText,
 };
 pub(in crate::scene) use numerics::{
-    AdaptiveText, CheckpointText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText, PressureJumpText,
-    SchemeText, ShearText, StabilisationText, TimeText, WaveSpeedText,
+    AdaptiveText, CheckpointText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText,
+    PressureJumpText, SchemeText, ShearText, StabilisationText, TimeText, WaveSpeedText,
 };
 pub(in crate::scene) use value::{Field, FieldList, HourglassText, Number, Text, Vector};
 

@@ -1,6 +1,8 @@
 //! One JSON object per line for programs.
 
-use std::io::{self, Write};
+use std::fs::File;
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::Path;
 
 use nicolson_solvers::nonlinear::{IterationRecord, Merit, NewtonFailure, NewtonTotals};
 use nicolson_solvers::time::{FailedTry, StepCause, StepFailure, StepReport};
@@ -15,13 +17,49 @@ use crate::output::Report;
 pub struct SolveLog<W> {
     to: W,
     steps: usize,
+    /// Whether what it goes to has the beginning already.
+    continues: bool,
     error: Option<io::Error>,
+}
+
+impl SolveLog<File> {
+    /// Goes on in a file that a run has left, after `steps` steps: what came later is cut off. A file that is not there
+    /// is begun.
+    ///
+    /// # Errors
+    /// If the file cannot be read or written.
+    pub fn reopen(path: &Path, steps: usize) -> io::Result<Self> {
+        let text = match std::fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
+            Err(error) => return Err(error),
+        };
+        let kept: usize = text
+            .split_inclusive('\n')
+            .take_while(|line| line.ends_with('\n') && is_before(line, steps))
+            .map(str::len)
+            .sum();
+        let mut file = File::options().create(true).truncate(false).write(true).open(path)?;
+        file.set_len(kept as u64)?;
+        file.seek(SeekFrom::End(0))?;
+        Ok(Self { continues: kept > 0, ..Self::new(file) })
+    }
+}
+
+/// Whether a line tells of the first `steps` steps, or of what came before them.
+fn is_before(line: &str, steps: usize) -> bool {
+    let Ok(value) = serde_json::from_str::<Value>(line) else { return false };
+    match value["event"].as_str() {
+        Some("start") => true,
+        Some("step" | "warning") => value["step"].as_u64().is_some_and(|step| step <= steps as u64),
+        _ => false,
+    }
 }
 
 impl<W: Write> SolveLog<W> {
     /// A log that goes to `to`.
     pub fn new(to: W) -> Self {
-        Self { to, steps: 0, error: None }
+        Self { to, steps: 0, continues: false, error: None }
     }
 
     /// The first error of writing, if there was one; nothing was written after it.
@@ -44,6 +82,12 @@ impl<W: Write> SolveLog<W> {
 
 impl<W: Write> Monitor for SolveLog<W> {
     fn started(&mut self, plan: &Plan<'_>) {
+        if let Some((steps, _)) = plan.resumed {
+            self.steps = steps;
+            if self.continues {
+                return;
+            }
+        }
         self.write(&json!({
             "event": "start",
             "title": plan.title,

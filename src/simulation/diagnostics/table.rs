@@ -18,6 +18,7 @@ pub struct SolveTable<W> {
     to: W,
     implicit: bool,
     steps: usize,
+    lines: usize,
     totals: Totals,
     error: Option<io::Error>,
 }
@@ -25,7 +26,7 @@ pub struct SolveTable<W> {
 impl<W: Write> SolveTable<W> {
     /// A table that goes to `to`.
     pub fn new(to: W) -> Self {
-        Self { to, implicit: false, steps: 0, totals: Totals::default(), error: None }
+        Self { to, implicit: false, steps: 0, lines: 0, totals: Totals::default(), error: None }
     }
 
     /// The first error of writing, if there was one; nothing was written after it.
@@ -89,6 +90,7 @@ fn tries_in_words(tries: &[FailedTry]) -> String {
 impl<W: Write> Monitor for SolveTable<W> {
     fn started(&mut self, plan: &Plan<'_>) {
         self.implicit = plan.unknowns > 0;
+        self.steps = plan.resumed.map_or(0, |(steps, _)| steps);
         let head =
             format!("{}: {}, {} particles, {} unknowns\n", plan.title, plan.scheme, plan.particles, plan.unknowns);
         self.write(&head);
@@ -97,8 +99,9 @@ impl<W: Write> Monitor for SolveTable<W> {
     fn stepped(&mut self, progress: &Progress<'_>) {
         let step = progress.step;
         let totals = Totals::of_step(step);
-        let mut text = if self.steps.is_multiple_of(PAGE) { self.titles() } else { String::new() };
+        let mut text = if self.lines.is_multiple_of(PAGE) { self.titles() } else { String::new() };
         self.steps += 1;
+        self.lines += 1;
         text += &self.line(step, &totals);
         text += &tries_in_words(&step.tries);
         for failure in &step.failed_solves {
