@@ -166,7 +166,7 @@ fn words(line: &str) -> Vec<String> {
 fn commands(text: &str) -> Vec<Vec<String>> {
     let starts = ["    nicolson ", "    cargo run --release -- ", "    $ nicolson "];
     let lines = text.lines().filter_map(|line| starts.iter().find_map(|start| line.strip_prefix(start)));
-    let whole = lines.filter(|line| !["[--", "SCENE", "RUN_", "[DIR]", "…"].iter().any(|mark| line.contains(mark)));
+    let whole = lines.filter(|line| !["[--", "SCENE", "STUDY", "RUN_", "[DIR]", "…"].iter().any(|mark| line.contains(mark)));
     // A comment after the command.
     whole.map(|line| words(line.split("    ").next().unwrap_or(line))).collect()
 }
