@@ -17,6 +17,7 @@ mod render;
 mod report;
 mod restart;
 mod run;
+mod schema;
 mod signals;
 mod sweep;
 
@@ -103,6 +104,8 @@ enum Command {
     Sweep(sweep::SweepArguments),
     /// Collect the reports of a study into one table.
     Collect(collect::CollectArguments),
+    /// Print the JSON Schema of scenes, with which editors complete and check keys.
+    Schema(schema::SchemaArguments),
     /// List schemes, solvers, laws and kernels, and the scenes of a directory.
     #[command(long_about = help::LIST, after_long_help = help::LIST_EXAMPLES)]
     List {
@@ -157,6 +160,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Report(arguments) => report::report(arguments),
         Command::Sweep(arguments) => sweep::run_study(&arguments, command.join(" ")),
         Command::Collect(arguments) => collect::run_collect(&arguments),
+        Command::Schema(arguments) => schema::schema(&arguments),
         Command::List { directory } => list::list(&directory),
     }
 }

@@ -2,8 +2,6 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "this is the command line's output")]
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -11,6 +9,7 @@ use clap::Args;
 use super::collect::print_collected;
 use super::console::{complain, duration};
 use super::render::report_output;
+use super::signals::listen;
 use super::{DONE, FAILED, INTERRUPTED, WRONG_INPUT, help};
 use crate::output::{OutputError, Status};
 use crate::study::{CaseState, Event, ReadyCase, Study, SweepOptions, SweepSummary, collect, state_of, sweep};
@@ -83,10 +82,7 @@ pub fn run_study(arguments: &SweepArguments, command: String) -> u8 {
         list(&study, &cases, &directory, arguments.keep_failed);
         return DONE;
     }
-    let interrupt = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupt);
-    // A second handler (in tests, which share a process) is refused; the first one serves.
-    let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
+    let interrupt = listen().interrupt;
     let mut teller = Teller::new(&study, cases.len(), quiet);
     let options = SweepOptions { directory, jobs, threads, keep_failed: arguments.keep_failed, command };
     let summary = match sweep(&study, &cases, &options, &mut |event| teller.hear(event), &interrupt) {

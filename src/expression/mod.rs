@@ -12,7 +12,7 @@
 //! exmex gets a fully parenthesised text, because its own rules (`-1^2 = 1`, no nested calls with two
 //! arguments, mistakes without a position) are not what a scene should depend on.
 //!
-//! Not here: units, tables, random numbers, anything of the current position `x`.
+//! Not here: units ([`Expression::in_units`] aside), tables, random numbers, anything of the current position `x`.
 
 mod dual;
 mod error;
@@ -40,6 +40,13 @@ pub const LONGEST_TEXT: usize = 4096;
 /// Names of the variables, in the order of [`exmex`] (alphabetical) and of [`Variables`].
 const VARIABLES: [&str; 4] = ["X", "Y", "Z", "t"];
 
+/// Whether a name is, or might be meant as, one of expressions.
+pub(crate) fn is_name(name: &str) -> bool {
+    VARIABLES.contains(&name)
+        || matches!(name, "pi" | "x" | "y" | "z" | "time")
+        || FUNCTIONS.iter().any(|(function, ..)| *function == name)
+}
+
 /// Which of `X, Y, Z, t` a text mentions.
 type Variables = [bool; 4];
 
@@ -54,6 +61,15 @@ struct Parsed {
     text: String,
     variables: Variables,
     program: Program,
+    scaling: Option<Scaling>,
+}
+
+/// Units other than SI in which a text is meant, as factors to SI.
+#[derive(Debug, Clone, Copy)]
+struct Scaling {
+    length: f64,
+    time: f64,
+    value: f64,
 }
 
 /// How the value is found.
@@ -87,13 +103,35 @@ impl Expression {
         } else {
             Program::Constant(evaluate(&compiled, &variables, [0.0; 3], 0.0).value)
         };
-        Ok(Self { parsed: Arc::new(Parsed { text: text.trim().to_owned(), variables, program }) })
+        Ok(Self { parsed: Arc::new(Parsed { text: text.trim().to_owned(), variables, program, scaling: None }) })
     }
 
     /// The field with the same value everywhere and always.
     pub fn constant(value: f64) -> Self {
-        let parsed = Parsed { text: format!("{value}"), variables: [false; 4], program: Program::Constant(value) };
+        let program = Program::Constant(value);
+        let parsed = Parsed { text: format!("{value}"), variables: [false; 4], program, scaling: None };
         Self { parsed: Arc::new(parsed) }
+    }
+
+    /// The same text with `X, Y, Z` in other units of length, `t` in other units of time, and the value in other units
+    /// than SI: each of those units in SI. Positions and times are still handed over in SI units, as are the values.
+    pub fn in_units(self, length: f64, time: f64, value: f64) -> Self {
+        if (length, time, value) == (1.0, 1.0, 1.0) {
+            return self;
+        }
+        let Parsed { text, variables, program, .. } = match Arc::try_unwrap(self.parsed) {
+            Ok(parsed) => parsed,
+            // Others hold it too: read it again, which has been possible before.
+            Err(shared) => match Self::parse(&shared.text).map(|again| Arc::into_inner(again.parsed)) {
+                Ok(Some(parsed)) => parsed,
+                _ => return Self { parsed: shared },
+            },
+        };
+        let (program, scaling) = match program {
+            Program::Constant(constant) => (Program::Constant(constant * value), None),
+            compiled @ Program::Compiled(_) => (compiled, Some(Scaling { length, time, value })),
+        };
+        Self { parsed: Arc::new(Parsed { text, variables, program, scaling }) }
     }
 
     /// The value at a reference position and time. May be NaN or infinite.
@@ -137,7 +175,14 @@ impl Expression {
     fn dual(&self, position: [f64; 3], t: f64) -> Dual {
         match &self.parsed.program {
             Program::Constant(value) => Dual { value: *value, rate: 0.0 },
-            Program::Compiled(program) => evaluate(program, &self.parsed.variables, position, t),
+            Program::Compiled(program) => match self.parsed.scaling {
+                None => evaluate(program, &self.parsed.variables, position, t),
+                Some(Scaling { length, time, value }) => {
+                    let own = position.map(|x| x / length);
+                    let found = evaluate(program, &self.parsed.variables, own, t / time);
+                    Dual { value: found.value * value, rate: found.rate * value / time }
+                }
+            },
         }
     }
 }

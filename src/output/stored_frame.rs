@@ -59,7 +59,11 @@ impl StoredFrame {
         Self::parse(path, bytes)
     }
 
-    fn parse(path: &Path, bytes: Vec<u8>) -> Result<Self, OutputError> {
+    /// Reads a frame from the bytes of a file; `path` stands in messages.
+    ///
+    /// # Errors
+    /// [`OutputError::Malformed`] if they are not a whole frame of this program.
+    pub fn parse(path: &Path, bytes: Vec<u8>) -> Result<Self, OutputError> {
         let malformed = |reason: &str| OutputError::Malformed { path: path.to_path_buf(), reason: reason.to_owned() };
         let start = find(&bytes, APPENDED).ok_or_else(|| malformed("it has no appended arrays"))?;
         let underscore = find(&bytes[start..], b"_").ok_or_else(|| malformed("its appended arrays are missing"))?;

@@ -19,9 +19,16 @@ impl StoredTable {
     /// # Errors
     /// [`OutputError::Unreadable`] if there is none, [`OutputError::Malformed`] if it is not a table of numbers.
     pub fn read(path: &Path) -> Result<Self, OutputError> {
-        let text = std::fs::read(path).map_err(OutputError::unreadable("the table", path))?;
+        Self::parse(path, &std::fs::read(path).map_err(OutputError::unreadable("the table", path))?)
+    }
+
+    /// Reads a table from the bytes of a file; `path` stands in messages.
+    ///
+    /// # Errors
+    /// [`OutputError::Malformed`] if it is not a table of numbers.
+    pub fn parse(path: &Path, text: &[u8]) -> Result<Self, OutputError> {
         let malformed = |reason: String| OutputError::Malformed { path: path.to_path_buf(), reason };
-        let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(&text[..]);
+        let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(text);
         let names: Vec<String> = match reader.headers() {
             Ok(names) => names.iter().map(str::to_owned).collect(),
             Err(error) => return Err(malformed(error.to_string())),

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::errors::{SceneError, SceneErrors};
 use super::source::Source;
+use super::units::UnitSystem;
 
 /// Bytes of the imaginary text of a [`Source`].
 pub(crate) type Span = Range<usize>;
@@ -12,13 +13,15 @@ pub(crate) type Span = Range<usize>;
 #[derive(Debug)]
 pub(crate) struct Findings<'a> {
     pub source: &'a Source,
+    /// Units of expressions and of the numbers in files.
+    pub(in crate::scene) units: UnitSystem,
     errors: Vec<(Span, SceneError)>,
     warnings: Vec<String>,
 }
 
 impl<'a> Findings<'a> {
     pub fn new(source: &'a Source) -> Self {
-        Self { source, errors: Vec::new(), warnings: Vec::new() }
+        Self { source, units: UnitSystem::default(), errors: Vec::new(), warnings: Vec::new() }
     }
 
     /// Notes a mistake.

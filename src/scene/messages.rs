@@ -1,10 +1,14 @@
 //! What `toml` and `serde` say, in the words of a scene.
 
+use super::document::REMEDY;
 use crate::expression::closest;
 
 /// Message and remedy for a mistake that `toml` found.
 pub(super) fn explain(message: &str) -> (String, String) {
     let message = message.lines().next().unwrap_or_default();
+    if let Some((message, remedy)) = message.split_once(REMEDY) {
+        return (message.to_owned(), remedy.to_owned());
+    }
     if let Some(rest) = message.strip_prefix("unknown field ") {
         let (name, known) = names(rest);
         return (format!("unknown key `{name}`"), choices(&name, &known, "keys here"));

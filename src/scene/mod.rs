@@ -26,7 +26,7 @@
 //! and evaluates fields. If the first step finds a mistake it tries the second as well, so that *all* mistakes
 //! are shown together, each with its place, the line and a remedy.
 //!
-//! Conventions: SI units; constraints win over initial values; expressions are fields of the reference
+//! Conventions: SI units, unless the scene says `units` or a number has a unit; constraints win over initial values; expressions are fields of the reference
 //! position and time ([`crate::expression`]).
 #![doc = include_str!("reference.md")]
 
@@ -41,9 +41,11 @@ mod messages;
 mod numerics;
 mod overrides;
 mod read;
+pub mod schema;
 pub mod settings;
 pub(crate) mod source;
 mod times;
+mod units;
 
 use std::path::{Path, PathBuf};
 
@@ -107,6 +109,7 @@ impl Scene {
         let Some((document, effective)) = read::read(text, overrides, &mut findings) else {
             return Err(findings.finish().err().unwrap_or_default());
         };
+        findings.units = document.units;
         let time = times::time(&document, &mut findings);
         let newton = numerics::newton(&document, &mut findings);
         let linear = numerics::linear(&document, &mut findings);
@@ -188,6 +191,7 @@ impl Scene {
     /// As for [`Scene::setup`].
     pub fn setup_within<const D: usize>(&self, most_particles: usize) -> Result<(Setup<D>, Vec<String>), SceneErrors> {
         let mut findings = Findings::new(&self.source);
+        findings.units = self.document.units;
         let mut setup = None;
         if D == self.dimension {
             setup = build::build::<D>(&self.document, &self.base, most_particles, &mut findings);

@@ -1,6 +1,6 @@
 //! Checks `[newton]`, `[linear]`, `[output]` and `[checkpoint]`.
 
-use super::document::{Document, Number, SchemeText, Spanned, VolumeRatioText};
+use super::document::{Document, Number, Scalar, SchemeText, Spanned, VolumeRatioText};
 use super::findings::Findings;
 use super::settings::{
     CheckpointSettings, LineSearch, LinearSettings, NewtonSettings, OutputField, OutputSettings, Scheme, TangentPolicy,
@@ -129,7 +129,7 @@ pub(super) fn output(document: &Document, findings: &mut Findings<'_>) -> Output
     let text = &document.output;
     let interval = text.interval.as_ref().and_then(|interval| {
         let value = findings.positive(interval, "interval")?;
-        let end = document.time.as_ref().map(|time| *time.get_ref().end.get_ref());
+        let end = document.time.as_ref().map(|time| time.get_ref().end.get_ref().value());
         if end.is_some_and(|end| value > end) {
             findings.warning(interval.span(), format!("the interval {value} is longer than the computation"));
         }

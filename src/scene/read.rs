@@ -1,6 +1,7 @@
 //! Text and overrides to a [`Document`].
 
 use serde::Deserialize;
+use serde::de::IntoDeserializer;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -8,6 +9,7 @@ use super::document::Document;
 use super::findings::{Findings, Span};
 use super::messages::explain;
 use super::overrides::Overrides;
+use super::units::{UnitSystem, within};
 use crate::expression::closest;
 
 /// Most mistakes of names and types looked for.
@@ -47,8 +49,15 @@ pub(super) fn read(
 /// that all mistakes are shown.
 fn deserialise(mut table: Spanned<DeTable<'_>>, findings: &mut Findings<'_>) -> Option<Document> {
     let mut removed: Vec<String> = Vec::new();
+    // A wrong one is complained of below.
+    let system = table
+        .get_ref()
+        .get("units")
+        .and_then(|system| UnitSystem::deserialize(system.clone().into_deserializer()).ok());
+    let system = system.unwrap_or_default();
     for _ in 0..MOST_ROUNDS {
-        let error = match Document::deserialize(toml::Deserializer::from(table.clone())) {
+        let read = || Document::deserialize(toml::Deserializer::from(table.clone()));
+        let error = match within(system, read) {
             Ok(document) => return removed.is_empty().then_some(document),
             Err(error) => error,
         };

@@ -68,6 +68,7 @@ impl NewtonSettings {
 
 /// How far to go along a Newton increment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "snake_case")]
 pub enum LineSearch {
     /// All the way.
@@ -85,6 +86,7 @@ pub enum LineSearch {
 
 /// When the tangent is renewed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "snake_case")]
 pub enum TangentPolicy {
     /// In every iteration.
@@ -102,6 +104,7 @@ pub enum TangentPolicy {
 
 /// Tolerance of iterative linear solves inside Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "snake_case")]
 pub enum Forcing {
     /// That of the table `[linear]`.
@@ -117,6 +120,7 @@ pub enum Forcing {
 
 /// Unknowns of the implicit system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "snake_case")]
 pub enum Unknowns {
     /// As few as the scene allows.
@@ -170,6 +174,7 @@ impl Default for LinearSettings {
 
 /// Linear solvers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "snake_case")]
 pub enum SolverChoice {
     /// The program's choice.
@@ -193,6 +198,7 @@ pub enum SolverChoice {
 
 /// Where the products of iterative solvers come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "snake_case")]
 pub enum OperatorChoice {
     /// Entries where the preconditioner needs them anyway, else the action of the tangent.
@@ -213,6 +219,7 @@ impl SolverChoice {
 
 /// Preconditioners of iterative solvers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "snake_case")]
 pub enum PreconditionerChoice {
     /// None.
@@ -275,6 +282,7 @@ impl Default for CheckpointSettings {
 
 /// Fields of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "snake_case")]
 pub enum OutputField {
     /// p, Pa.

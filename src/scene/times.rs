@@ -1,8 +1,9 @@
 //! Checks `[time]`.
 
-use super::document::{AdaptiveText, Document, EffortText, Number, SchemeText, Spanned, TimeText};
+use super::document::{AdaptiveText, Document, EffortText, Measure, SchemeText, Spanned, TimeText};
 use super::findings::{Findings, Span};
 use super::settings::{Adaptive, Effort, Scheme, StepChoice, TimeSettings};
+use super::units::Time;
 
 /// CFL number of explicit schemes that are given no step.
 const DEFAULT_CFL: f64 = 0.3;
@@ -94,7 +95,11 @@ fn scheme(text: &TimeText, findings: &mut Findings<'_>) -> Option<Scheme> {
 }
 
 /// A checked value or its default.
-fn optional(given: &Option<Number>, default: f64, check: impl FnOnce(&Number) -> Option<f64>) -> Option<f64> {
+fn optional<N>(
+    given: &Option<Spanned<N>>,
+    default: f64,
+    check: impl FnOnce(&Spanned<N>) -> Option<f64>,
+) -> Option<f64> {
     given.as_ref().map_or(Some(default), check)
 }
 
@@ -136,7 +141,12 @@ fn step(time: &Spanned<TimeText>, findings: &mut Findings<'_>) -> Option<StepCho
 }
 
 /// A bound of the step, which must leave the step itself possible.
-fn bound(given: &Option<Number>, name: &str, step: Option<StepChoice>, findings: &mut Findings<'_>) -> Option<f64> {
+fn bound(
+    given: &Option<Measure<Time>>,
+    name: &str,
+    step: Option<StepChoice>,
+    findings: &mut Findings<'_>,
+) -> Option<f64> {
     let number = given.as_ref()?;
     let value = findings.positive(number, name)?;
     let Some(StepChoice::Fixed(step)) = step else { return Some(value) };

@@ -17,8 +17,10 @@ mod ledger;
 mod preload;
 mod prepare;
 mod probes;
+mod problem;
 mod recorder;
 mod resume;
+mod rows;
 mod tangent;
 
 use std::path::{Path, PathBuf};
@@ -36,7 +38,9 @@ use keeper::Keeper;
 pub use ledger::{Entry, Ledger, Summary};
 pub use prepare::{Forecast, Prepared, prepare};
 pub use probes::Gauge;
+pub use problem::StepProblem;
 use recorder::Recorder;
+pub use rows::Rows;
 pub use tangent::first_tangent;
 
 use crate::model::ModelError;
@@ -50,6 +54,8 @@ pub struct RunOptions {
     pub directory: Option<PathBuf>,
     /// Command line, for the provenance.
     pub command: String,
+    /// Whether the rows of `history.csv` and `probes.csv` also come back in the [`Outcome`].
+    pub keep_rows: bool,
     /// Asks for a checkpoint after the present step; taken back when it is written.
     pub checkpoint_request: Option<Arc<AtomicBool>>,
     /// Where a log of the solves goes, for checkpoints to remember.
@@ -160,6 +166,10 @@ pub struct Outcome {
     pub report: Report,
     /// Final state `[u | v | J]`.
     pub state: Vec<f64>,
+    /// The rows of `history.csv`; empty unless [`RunOptions::keep_rows`].
+    pub history: Rows,
+    /// The rows of `probes.csv`; empty unless [`RunOptions::keep_rows`].
+    pub probes: Rows,
 }
 
 /// Runs a scene on the present rayon pool.
@@ -323,7 +333,8 @@ fn run_in<const D: usize>(
     let report = recorder.close(&prepared, status, message, &clocks)?;
     report.warnings[told..].iter().for_each(|warning| monitor.warned(warning));
     monitor.finished(&report);
-    Ok(Outcome { report, state: prepared.state.values })
+    let (history, probes) = recorder.take_rows();
+    Ok(Outcome { report, state: prepared.state.values, history, probes })
 }
 
 /// Whether two paths are the same place, as far as they exist.

@@ -23,6 +23,8 @@ pub struct Prepared<const D: usize> {
     pub explicit_step_limit: f64,
     /// What the user should know.
     pub warnings: Vec<String>,
+    /// How the loads of a static computation grow.
+    pub ramp: Option<Ramp>,
 }
 
 /// What a run will need, as far as it can be said without running.
@@ -72,8 +74,9 @@ pub fn prepare<const D: usize>(scene: &Scene) -> Result<Prepared<D>, RunError> {
     if model.setup().initial.equilibrium {
         preload::equilibrate(scene, &mut model, &mut values)?;
     }
-    if scheme == Scheme::Static && time.ramp {
-        model.set_ramp(Some(Ramp { end: time.end, frozen: None }));
+    let ramp = (scheme == Scheme::Static && time.ramp).then_some(Ramp { end: time.end, frozen: None });
+    if ramp.is_some() {
+        model.set_ramp(ramp);
     }
     let explicit_step_limit = model.stable_step(0.0, &values);
     let newton = if scheme.is_implicit() {
@@ -110,7 +113,15 @@ pub fn prepare<const D: usize>(scene: &Scene) -> Result<Prepared<D>, RunError> {
     let stepper = Stepper::new(scheme, control, newton)
         .and_then(|stepper| stepper.with_retries(retries))
         .map_err(|error| RunError::Choice(error.to_string()))?;
-    Ok(Prepared { model, stepper, state: TimeState::new(0.0, values), end: time.end, explicit_step_limit, warnings })
+    Ok(Prepared {
+        model,
+        stepper,
+        state: TimeState::new(0.0, values),
+        end: time.end,
+        explicit_step_limit,
+        warnings,
+        ramp,
+    })
 }
 
 /// Ratio of `λ + 2μ` to μ at ν = 0.49, from which the pressure feels the hourglass control (measured: `tests/solids.rs`).

@@ -9,7 +9,7 @@ use nicolson_solvers::time::{StepReport, TimeState};
 use super::frames::{Frames, draw_particles};
 use super::ledger::Ledger;
 use super::probes::Gauge;
-use super::{Clocks, Prepared, RunError, RunOptions, comparison};
+use super::{Clocks, Prepared, Rows, RunError, RunOptions, comparison};
 use crate::discretisation::BalanceReport;
 use crate::output::{
     BalanceWork, Bottleneck, EnergyBudget, HistoryColumns, LinearWork, NewtonWork, ProbeColumns, Provenance, Report,
@@ -46,6 +46,8 @@ pub struct Recorder<const D: usize> {
     pub(super) frame_count: usize,
     pub(super) last_frame: f64,
     pub(super) plots: bool,
+    /// Rows of both tables in memory, if they are wanted.
+    pub(super) kept: Option<(Rows, Rows)>,
     /// Time spent on the ledger, and on all the rest.
     pub(super) accounting: Duration,
     pub(super) writing: Duration,
@@ -102,10 +104,15 @@ impl<const D: usize> Recorder<D> {
             frame_count: 0,
             last_frame: f64::NEG_INFINITY,
             plots: output.plots,
+            kept: None,
             accounting: Duration::ZERO,
             writing: Duration::ZERO,
             earlier: WallSeconds::default(),
         };
+        recorder.kept = options.keep_rows.then(|| {
+            let history = if output.history { Rows::new(HISTORY) } else { Rows::default() };
+            (history, Rows::new(recorder.probe_titles().iter().map(String::as_str)))
+        });
         recorder.probe_columns.names = recorder.displacement_columns();
         recorder.probe_columns.values = vec![Vec::new(); recorder.probe_columns.names.len()];
         recorder
@@ -234,11 +241,14 @@ impl<const D: usize> Recorder<D> {
         let t = prepared.state.time;
         if self.keeps_history {
             let e = self.ledger.entry();
+            let counts = (newton as f64, rejected as f64);
+            let row =
+                [t, dt, e.kinetic, e.internal, e.external, e.dissipated, e.total, counts.0, counts.1, e.hourglass];
             if let Some(table) = &mut self.history {
-                let counts = (newton as f64, rejected as f64);
-                let row =
-                    [t, dt, e.kinetic, e.internal, e.external, e.dissipated, e.total, counts.0, counts.1, e.hourglass];
                 table.row(&row)?;
+            }
+            if let Some((history, _)) = &mut self.kept {
+                history.values.extend(row);
             }
             if self.plots {
                 self.columns.t.push(t);
@@ -252,7 +262,7 @@ impl<const D: usize> Recorder<D> {
                 }
             }
         }
-        if self.directory.is_some() && !self.gauges.is_empty() {
+        if (self.directory.is_some() || self.kept.is_some()) && !self.gauges.is_empty() {
             let mut row = vec![t];
             let mut column = 0;
             self.probe_columns.t.push(t);
@@ -267,8 +277,16 @@ impl<const D: usize> Recorder<D> {
             if let Some(table) = &mut self.probe_table {
                 table.row(&row)?;
             }
+            if let Some((_, probes)) = &mut self.kept {
+                probes.values.extend(row);
+            }
         }
         Ok(())
+    }
+
+    /// The rows of history and probes, if they were kept.
+    pub fn take_rows(&mut self) -> (Rows, Rows) {
+        self.kept.take().unwrap_or_default()
     }
 
     fn frame(&mut self, prepared: &Prepared<D>) -> Result<(), RunError> {

@@ -193,7 +193,8 @@ fn one(
     if let Err(error) = prepare(study, &ready.case, &directory) {
         return (Status::Failed, Some(error.to_string()), 0);
     }
-    let run_options = RunOptions { directory: Some(directory.clone()), command: options.command.clone() };
+    let run_options =
+        RunOptions { directory: Some(directory.clone()), command: options.command.clone(), ..RunOptions::default() };
     let mut teller = Teller { case: ready.case.index, sender, last: Instant::now() };
     // Hours of other cases must not be lost to a fault in this one.
     let outcome = catch_unwind(AssertUnwindSafe(|| {
@@ -211,6 +212,7 @@ fn one(
             threads: options.threads,
             scene: ready.scene.text().into(),
             command: options.command.clone(),
+            ..Provenance::default()
         };
         let message = Some(message.clone());
         // If the disk refuses this as well, the case is run again: that is all that it is for.

@@ -9,7 +9,7 @@ fn toml_names_and_types() {
         ("dimension = 2", "dimension = 2\n▶dimention = 2", "unknown key `dimention`", "`dimension`?"),
         ("smoothing = 1.2", "smoothing = ▶\"wide\"", "expected a number, found the text \"wide\"", "write a number"),
         ("gravity = [0.0, -9.81]", "gravity = ▶-9.81", "expected a list", "square brackets"),
-        ("gravity = [0.0, -9.81]", "gravity = [0.0, ▶\"-9.81\"]", "found the text", "a number"),
+        ("gravity = [0.0, -9.81]", "gravity = [0.0, ▶\"-9.81\"]", "in quotes has no unit", "remove the quotes"),
         ("velocity = [\"0\", \"-1\"]", "velocity = [▶true, 0]", "a number or an expression", "in quotes"),
         ("name = \"tip\"", "name = ▶3", "expected a text in quotes", "a text in quotes"),
         ("max_iterations = 25", "max_iterations = ▶-3", "whole number, not negative", "not negative"),

@@ -4,6 +4,7 @@ use super::{Context, name};
 use crate::expression::Expression;
 use crate::scene::checks::{padded, place};
 use crate::scene::document::{AxisName, BoundaryText, Field, Spanned};
+use crate::scene::units::Length;
 use crate::setup::Constraint;
 
 /// Names of directions as scenes write them.
@@ -121,7 +122,7 @@ fn components<const D: usize>(
     }
     let Some(map) = &text.displacement else { return wanted };
     let map = map.get_ref();
-    let moved: [&Option<Spanned<Field>>; 3] = [&map.x, &map.y, &map.z];
+    let moved: [&Option<Spanned<Field<Length>>>; 3] = [&map.x, &map.y, &map.z];
     for (axis, field) in moved.into_iter().enumerate() {
         let Some(field) = field else { continue };
         if axis >= D {

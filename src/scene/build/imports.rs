@@ -22,15 +22,18 @@ const OFF_PLANE: f64 = 1e-9;
 /// Particles of a list of points.
 pub(super) fn points<const D: usize>(text: &PointsText, base: &Path, findings: &mut Findings<'_>) -> Option<Filled<D>> {
     let spacing = findings.positive(&text.spacing, "spacing");
+    // The file has the units of the scene.
+    let unit = findings.units.length();
     let is_vtu = Path::new(text.file.get_ref()).extension().is_some_and(|end| end.eq_ignore_ascii_case("vtu"));
     let particles = spacing.and_then(|spacing| {
+        let spacing = spacing / unit;
         if is_vtu { vtu(&text.file, spacing, base, findings) } else { csv(&text.file, spacing, base, findings) }
     });
     let faces = text.faces.as_ref().map(|faces| (faces, content(faces, base, findings)));
     let (spacing, mut particles) = (spacing?, particles?);
     if let Some((key, found)) = faces {
         let (path, list) = found?;
-        match read_faces(&list, &particles, spacing) {
+        match read_faces(&list, &particles, spacing / unit) {
             Ok(faces) => particles.faces = faces,
             Err(errors) => {
                 for error in errors {
@@ -47,12 +50,26 @@ pub(super) fn points<const D: usize>(text: &PointsText, base: &Path, findings: &
         }
         adapt_volumes(&mut particles, volume, &moment);
     }
+    if unit != 1.0 {
+        enlarge(&mut particles, unit);
+    }
     let record = GeometryRecord {
         source: text.file.get_ref().clone(),
         has_faces: !particles.faces.is_empty(),
         ..GeometryRecord::default()
     };
     Some(Filled { particles, spacing, groups: BTreeMap::new(), record: Some(record) })
+}
+
+/// Particles in another unit of length.
+fn enlarge<const D: usize>(particles: &mut Particles<D>, unit: f64) {
+    let volume = unit.powi(D as i32);
+    particles.positions.iter_mut().for_each(|position| *position *= unit);
+    particles.volumes.iter_mut().chain(&mut particles.kernel_volumes).for_each(|own| *own *= volume);
+    for face in &mut particles.faces {
+        face.point *= unit;
+        face.area *= volume / unit;
+    }
 }
 
 fn csv<const D: usize>(file: &Text, spacing: f64, base: &Path, findings: &mut Findings<'_>) -> Option<Particles<D>> {
@@ -110,7 +127,7 @@ fn vtu<const D: usize>(file: &Text, spacing: f64, base: &Path, findings: &mut Fi
 
 /// Particles of a mesh.
 pub(super) fn mesh<const D: usize>(text: &MeshText, base: &Path, findings: &mut Findings<'_>) -> Option<Filled<D>> {
-    let scale = text.scale.as_ref().map_or(Some(1.0), |scale| findings.positive(scale, "scale"));
+    let scale = text.scale.as_ref().map_or(Some(findings.units.length()), |scale| findings.positive(scale, "scale"));
     let (path, bytes) = bytes(&text.file, base, findings)?;
     let mut mesh = match read_msh(&bytes) {
         Ok(mesh) => mesh,

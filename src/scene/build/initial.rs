@@ -10,6 +10,7 @@ use crate::material::Volumetric;
 use crate::scene::checks::{padded, place};
 use crate::scene::document::{FieldList, HydrostaticText, Spanned};
 use crate::scene::findings::Span;
+use crate::scene::units::Kind;
 use crate::setup::{Constraint, InitialState};
 
 /// The initial state; `gravity` is `None` if it was wrong.
@@ -68,7 +69,7 @@ pub(super) fn read<const D: usize>(
 
 fn vectors<const D: usize>(
     context: &mut Context<'_, '_, D>,
-    list: &FieldList,
+    list: &FieldList<impl Kind>,
     what: &str,
     values: &mut [SVector<f64, D>],
 ) {

@@ -7,7 +7,8 @@ use nalgebra::SVector;
 use super::{Context, name};
 use crate::expression::Expression;
 use crate::scene::checks::{padded, place};
-use crate::scene::document::{FieldList, Spanned, TractionText, Vector};
+use crate::scene::document::{Direction, FieldList, Spanned, TractionText};
+use crate::scene::units::Kind;
 use crate::setup::Traction;
 
 /// Cosine of the largest angle between the normal of a piece and where it should face: 45°.
@@ -112,7 +113,7 @@ fn traction<const D: usize>(
 }
 
 /// A unit vector.
-fn direction<const D: usize>(text: &Vector, context: &mut Context<'_, '_, D>) -> Option<SVector<f64, D>> {
+fn direction<const D: usize>(text: &Direction, context: &mut Context<'_, '_, D>) -> Option<SVector<f64, D>> {
     let vector: SVector<f64, D> = context.findings.vector(text, "facing")?;
     let largest = vector.amax();
     if largest == 0.0 {
@@ -135,7 +136,7 @@ pub(super) fn body_force<const D: usize>(context: &mut Context<'_, '_, D>) -> Op
 fn finite<const D: usize>(
     context: &mut Context<'_, '_, D>,
     fields: &[Expression; D],
-    list: &FieldList,
+    list: &FieldList<impl Kind>,
     what: &str,
     particles: impl Iterator<Item = usize> + Clone,
 ) {

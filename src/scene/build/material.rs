@@ -2,27 +2,24 @@
 
 use super::solid;
 use crate::material::Material;
-use crate::scene::document::{HyperelasticText, LinearText, MaterialText, Number};
+use crate::scene::document::{MaterialText, Modulus, Spanned};
 use crate::scene::findings::{Findings, Span};
 
 /// The law with its parameters; `None` if a mistake was noted.
 pub(super) fn read<const D: usize>(text: &MaterialText, findings: &mut Findings<'_>) -> Option<Material> {
     match text {
         MaterialText::LinearVolumetric(table) => {
-            let LinearText { density, bulk_modulus, youngs_modulus, poissons_ratio, wave_speed } = table.get_ref();
-            let given = Given { bulk_modulus, youngs_modulus, poissons_ratio, wave_speed };
-            let density = findings.positive(density, "density");
-            let bulk_modulus = modulus::<D>(&given, density, 1.0, table.span(), findings);
+            let text = table.get_ref();
+            let density = findings.positive(&text.density, "density");
+            let bulk_modulus = modulus::<D>(&text.modulus(), density, 1.0, table.span(), findings);
             Some(Material::linear_volumetric(density?, bulk_modulus?))
         }
         MaterialText::HyperelasticVolumetric(table) => {
-            let HyperelasticText { density, gamma, bulk_modulus, youngs_modulus, poissons_ratio, wave_speed } =
-                table.get_ref();
-            let given = Given { bulk_modulus, youngs_modulus, poissons_ratio, wave_speed };
-            let density = findings.positive(density, "density");
-            let exponent = findings.within(gamma, "gamma", "at least 1", |gamma| gamma >= 1.0);
+            let text = table.get_ref();
+            let density = findings.positive(&text.density, "density");
+            let exponent = findings.within(&text.gamma, "gamma", "at least 1", |gamma| gamma >= 1.0);
             // A wrong exponent is one mistake; the modulus is still looked at.
-            let bulk_modulus = modulus::<D>(&given, density, exponent.unwrap_or(1.0), table.span(), findings);
+            let bulk_modulus = modulus::<D>(&text.modulus(), density, exponent.unwrap_or(1.0), table.span(), findings);
             Some(Material::hyperelastic_volumetric(density?, bulk_modulus?, exponent?))
         }
         MaterialText::LinearElastic(table) => solid::elastic::<D>(table.get_ref(), true, table.span(), findings),
@@ -35,39 +32,32 @@ pub(super) fn read<const D: usize>(text: &MaterialText, findings: &mut Findings<
     }
 }
 
-/// The ways of giving the modulus.
-struct Given<'a> {
-    bulk_modulus: &'a Option<Number>,
-    youngs_modulus: &'a Option<Number>,
-    poissons_ratio: &'a Option<Number>,
-    wave_speed: &'a Option<Number>,
-}
-
 /// κ itself; or from E and ν, κ = E / (D (1 − (D − 1) ν)), which is E/(2(1 − ν)) in two and E/(3(1 − 2ν)) in
 /// three dimensions; or from the wave speed at rest, κ = ρc²/γ (γ = 1 for the linear law).
 fn modulus<const D: usize>(
-    given: &Given<'_>,
+    given: &Modulus<'_>,
     density: Option<f64>,
     exponent: f64,
     table: Span,
     findings: &mut Findings<'_>,
 ) -> Option<f64> {
     let ways = "give `bulk_modulus`, or `youngs_modulus` and `poissons_ratio`, or `wave_speed`: one of the three";
-    let elastic = given.youngs_modulus.as_ref().or(given.poissons_ratio.as_ref());
-    let present: Vec<&Number> =
-        [given.bulk_modulus.as_ref(), elastic, given.wave_speed.as_ref()].into_iter().flatten().collect();
+    let youngs = given.youngs.as_ref().map(Spanned::span);
+    let elastic = youngs.or(given.poissons.as_ref().map(Spanned::span));
+    let places = [given.bulk.as_ref().map(Spanned::span), elastic, given.wave_speed.as_ref().map(Spanned::span)];
+    let present: Vec<Span> = places.into_iter().flatten().collect();
     let [only] = present.as_slice() else {
         match present.last() {
             None => findings.error(table, "the material has no modulus", ways),
             // The last in the text is the one too many.
             Some(_) => {
-                let surplus = present.iter().map(|number| number.span()).max_by_key(|span| span.start).unwrap_or(table);
+                let surplus = present.into_iter().max_by_key(|span| span.start).unwrap_or(table);
                 findings.error(surplus, "the modulus is given in more than one way", ways);
             }
         }
         return None;
     };
-    let modulus = match (given.bulk_modulus, given.youngs_modulus, given.poissons_ratio, given.wave_speed) {
+    let modulus = match (given.bulk, given.youngs, given.poissons, given.wave_speed) {
         (Some(bulk), ..) => findings.positive(bulk, "bulk_modulus")?,
         (_, Some(youngs), Some(poissons), _) => {
             let youngs = findings.positive(youngs, "youngs_modulus");
@@ -98,7 +88,7 @@ fn modulus<const D: usize>(
         return Some(modulus);
     }
     findings.error(
-        only.span(),
+        only.clone(),
         format!("the bulk modulus becomes {modulus} Pa"),
         "give values of a usual size in SI units",
     );

@@ -6,8 +6,9 @@ use super::bodies::Made;
 use super::{Context, name};
 use crate::expression::Expression;
 use crate::scene::checks::{COORDINATES, padded, place};
-use crate::scene::document::{FieldList, ProbeMode, ProbeText};
+use crate::scene::document::{FieldList, ProbeMode, ProbeText, Scalar};
 use crate::scene::findings::Span;
+use crate::scene::units::Kind;
 use crate::setup::{ExactSolution, Probe};
 
 /// All probes.
@@ -94,7 +95,11 @@ pub(super) fn exact<const D: usize>(context: &mut Context<'_, '_, D>) -> Option<
     })
 }
 
-fn vector<const D: usize>(context: &mut Context<'_, '_, D>, list: &FieldList, what: &str) -> Option<[Expression; D]> {
+fn vector<const D: usize>(
+    context: &mut Context<'_, '_, D>,
+    list: &FieldList<impl Kind>,
+    what: &str,
+) -> Option<[Expression; D]> {
     let fields = context.findings.fields::<D>(list, what)?;
     for (field, text) in fields.iter().zip(list.get_ref()) {
         finite(context, field, text.span(), what);
@@ -104,7 +109,7 @@ fn vector<const D: usize>(context: &mut Context<'_, '_, D>, list: &FieldList, wh
 
 /// Notes the first particle where the solution is not a number at the end, when it is compared with.
 fn finite<const D: usize>(context: &mut Context<'_, '_, D>, field: &Expression, span: Span, what: &str) {
-    let Some(end) = context.document.time.as_ref().map(|time| *time.get_ref().end.get_ref()) else { return };
+    let Some(end) = context.document.time.as_ref().map(|time| time.get_ref().end.get_ref().value()) else { return };
     if !end.is_finite() {
         return;
     }

@@ -8,10 +8,11 @@ use super::imports::{bytes, in_file};
 use super::shapes::Filled;
 use crate::geometry::{CutError, CutLattice, Region, Surface, polygon_area, read_stl};
 use crate::scene::document::{
-    BallText, BodyText, CylinderText, LatticeText, Number, PolygonText, RingText, ShapeText, Spanned, StlText,
+    BallText, BodyText, CylinderText, LatticeText, Measure, PolygonText, RingText, ShapeText, Spanned, StlText,
     TrapezoidText, Vector as VectorText,
 };
 use crate::scene::findings::{Findings, Span};
+use crate::scene::units::Length;
 use crate::setup::GeometryRecord;
 use crate::tensor::{Tensor, Vector};
 
@@ -243,7 +244,7 @@ fn regions<const D: usize>(
 }
 
 /// Radii in order.
-fn radii(inner: Option<&Number>, outer: &Number, findings: &mut Findings<'_>) -> Option<[f64; 2]> {
+fn radii(inner: Option<&Measure<Length>>, outer: &Measure<Length>, findings: &mut Findings<'_>) -> Option<[f64; 2]> {
     let outer_radius = findings.positive(outer, "radius")?;
     let inner = inner.map_or(Some(0.0), |inner| findings.not_negative(inner, "inner"))?;
     if inner >= outer_radius {
@@ -289,7 +290,7 @@ fn cylinder<const D: usize>(text: &CylinderText, findings: &mut Findings<'_>) ->
 /// Ends along z: in space, and there only.
 #[allow(clippy::option_option, reason = "a mistake is not the absence of a height")]
 fn height<const D: usize>(
-    text: Option<&VectorText>,
+    text: Option<&VectorText<Length>>,
     span: Span,
     findings: &mut Findings<'_>,
 ) -> Option<Option<[f64; 2]>> {
@@ -365,7 +366,7 @@ fn trapezoid<const D: usize>(text: &TrapezoidText, span: Span, findings: &mut Fi
 }
 
 fn stl<const D: usize>(text: &StlText, base: &Path, findings: &mut Findings<'_>) -> Option<Region<D>> {
-    let scale = text.scale.as_ref().map_or(Some(1.0), |scale| findings.positive(scale, "scale"));
+    let scale = text.scale.as_ref().map_or(Some(findings.units.length()), |scale| findings.positive(scale, "scale"));
     let shift = text.shift.as_ref().map_or(Some(Vector::zeros()), |shift| findings.vector::<3>(shift, "shift"));
     let (path, bytes) = bytes(&text.file, base, findings)?;
     let triangles = match read_stl(&bytes) {

@@ -65,7 +65,7 @@ impl<const D: usize> Selector<D> {
                 Some(Self::Box { lower, upper })
             }
             SelectText::Where(text) => {
-                let condition = findings.expression::<D>(text.get_ref(), text.span())?;
+                let condition = findings.expression::<D>(text.get_ref(), [0; 4], text.span())?;
                 if condition.depends_on_time() {
                     let remedy = "use X, Y, Z alone: particles are selected once, at the start";
                     findings.error(text.span(), "a selection cannot depend on the time", remedy);

@@ -10,7 +10,7 @@ use crate::geometry::{BoxLattice, Group, LatticeError, Layout, MapError, MappedL
 use crate::model::Noise;
 use crate::scene::checks::{padded, place};
 use crate::scene::document::{
-    BodyText, LayoutText, LayoutsText, MappedBoxText, PerturbText, RingText, ShapeText, Spanned,
+    BodyText, LayoutText, LayoutsText, MappedBoxText, PerturbText, RingText, Scalar, ShapeText, Spanned,
 };
 use crate::scene::findings::{Findings, Span};
 use crate::setup::{GeometryRecord, Particles};
@@ -388,7 +388,7 @@ fn lattice<const D: usize>(
         }
     };
     if let Some(spacing) = &text.spacing {
-        let wanted = *spacing.get_ref();
+        let wanted = spacing.get_ref().value();
         for (axis, found) in lattice.spacings().into_iter().enumerate() {
             if (found / wanted - 1.0).abs() > NOTICEABLE {
                 let axis = ["x", "y", "z"][axis];

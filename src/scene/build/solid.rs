@@ -5,9 +5,10 @@ use crate::material::{
     SolidLaw, StVenantKirchhoff, Transverse, Volumetric, VolumetricForm,
 };
 use crate::scene::document::{
-    MooneyRivlinText, NearlyIncompressibleText, NeoHookeanText, Number, SolidText, Spanned, TransverseText,
+    Measure, Moduli, MooneyRivlinText, NearlyIncompressibleText, NeoHookeanText, SolidText, Spanned, TransverseText,
 };
 use crate::scene::findings::{Findings, Span};
+use crate::scene::units::Viscosity;
 
 /// The two Lamé parameters, Pa.
 struct Lame {
@@ -21,73 +22,50 @@ impl Lame {
     }
 }
 
-/// The five elastic constants of which two are given.
-struct Given<'a> {
-    youngs: &'a Option<Number>,
-    poissons: &'a Option<Number>,
-    bulk: &'a Option<Number>,
-    shear: &'a Option<Number>,
-    lambda: &'a Option<Number>,
-}
-
-/// The five keys of a table; every law with two moduli has them.
-macro_rules! given {
-    ($text:expr) => {
-        Given {
-            youngs: &$text.youngs_modulus,
-            poissons: &$text.poissons_ratio,
-            bulk: &$text.bulk_modulus,
-            shear: &$text.shear_modulus,
-            lambda: &$text.lame_lambda,
-        }
-    };
-}
-
 const WAYS: &str = "give `youngs_modulus` and `poissons_ratio`, or `bulk_modulus` and `shear_modulus`, or `lame_lambda` \
                     and `shear_modulus`";
 
-impl Given<'_> {
-    fn lame(&self, table: Span, findings: &mut Findings<'_>) -> Option<Lame> {
-        let lame = match (self.youngs, self.poissons, self.bulk, self.shear, self.lambda) {
-            (Some(youngs), Some(poissons), None, None, None) => {
-                let youngs = findings.positive(youngs, "youngs_modulus");
-                let nu = findings
-                    .within(poissons, "poissons_ratio", "above -1 and below 0.5", |ratio| ratio > -1.0 && ratio < 0.5);
-                let (youngs, nu) = (youngs?, nu?);
-                let shear = youngs / (2.0 * (1.0 + nu));
-                Lame { lambda: 2.0 * shear * nu / (1.0 - 2.0 * nu), shear }
-            }
-            (None, None, Some(bulk), Some(shear), None) => {
-                let bulk = findings.positive(bulk, "bulk_modulus");
-                let shear = findings.positive(shear, "shear_modulus");
-                let (bulk, shear) = (bulk?, shear?);
-                Lame { lambda: bulk - 2.0 / 3.0 * shear, shear }
-            }
-            (None, None, None, Some(shear), Some(lambda)) => {
-                let shear = findings.positive(shear, "shear_modulus");
-                let lambda_value = findings.within(lambda, "lame_lambda", "finite", |_| true);
-                let (lambda_value, shear) = (lambda_value?, shear?);
-                if lambda_value + 2.0 / 3.0 * shear <= 0.0 {
-                    findings.error(lambda.span(), "the bulk modulus λ + 2μ/3 is not positive", "give a larger λ");
-                    return None;
-                }
-                Lame { lambda: lambda_value, shear }
-            }
-            _ => {
-                findings.error(table, "a solid needs exactly two elastic constants that go together", WAYS);
+/// Lamé's parameters of what is given.
+fn lame(given: &Moduli<'_>, table: Span, findings: &mut Findings<'_>) -> Option<Lame> {
+    let lame = match (given.youngs, given.poissons, given.bulk, given.shear, given.lambda) {
+        (Some(youngs), Some(poissons), None, None, None) => {
+            let youngs = findings.positive(youngs, "youngs_modulus");
+            let nu = findings
+                .within(poissons, "poissons_ratio", "above -1 and below 0.5", |ratio| ratio > -1.0 && ratio < 0.5);
+            let (youngs, nu) = (youngs?, nu?);
+            let shear = youngs / (2.0 * (1.0 + nu));
+            Lame { lambda: 2.0 * shear * nu / (1.0 - 2.0 * nu), shear }
+        }
+        (None, None, Some(bulk), Some(shear), None) => {
+            let bulk = findings.positive(bulk, "bulk_modulus");
+            let shear = findings.positive(shear, "shear_modulus");
+            let (bulk, shear) = (bulk?, shear?);
+            Lame { lambda: bulk - 2.0 / 3.0 * shear, shear }
+        }
+        (None, None, None, Some(shear), Some(lambda)) => {
+            let shear = findings.positive(shear, "shear_modulus");
+            let lambda_value = findings.within(lambda, "lame_lambda", "finite", |_| true);
+            let (lambda_value, shear) = (lambda_value?, shear?);
+            if lambda_value + 2.0 / 3.0 * shear <= 0.0 {
+                findings.error(lambda.span(), "the bulk modulus λ + 2μ/3 is not positive", "give a larger λ");
                 return None;
             }
-        };
-        if lame.lambda.is_finite() && lame.shear.is_finite() && lame.shear > 0.0 {
-            return Some(lame);
+            Lame { lambda: lambda_value, shear }
         }
-        findings.error(
-            table,
-            format!("the Lamé parameters become {} and {} Pa", lame.lambda, lame.shear),
-            "give values of a usual size in SI units",
-        );
-        None
+        _ => {
+            findings.error(table, "a solid needs exactly two elastic constants that go together", WAYS);
+            return None;
+        }
+    };
+    if lame.lambda.is_finite() && lame.shear.is_finite() && lame.shear > 0.0 {
+        return Some(lame);
     }
+    findings.error(
+        table,
+        format!("the Lamé parameters become {} and {} Pa", lame.lambda, lame.shear),
+        "give values of a usual size in SI units",
+    );
+    None
 }
 
 fn transverse<const D: usize>(
@@ -108,11 +86,11 @@ fn transverse<const D: usize>(
 
 /// Kelvin–Voigt viscosity; `Some(None)` if there is none.
 fn viscosity(
-    shear: &Option<Number>,
-    bulk: &Option<Number>,
+    shear: &Option<Measure<Viscosity>>,
+    bulk: &Option<Measure<Viscosity>>,
     findings: &mut Findings<'_>,
 ) -> Option<Option<KelvinVoigt>> {
-    let mut read = |number: &Option<Number>, name: &str| match number {
+    let mut read = |number: &Option<Measure<Viscosity>>, name: &str| match number {
         None => Some(0.0),
         Some(number) => findings.within(number, name, "at least 0", |value| value >= 0.0),
     };
@@ -129,7 +107,7 @@ pub(super) fn elastic<const D: usize>(
     findings: &mut Findings<'_>,
 ) -> Option<Material> {
     let density = findings.positive(&text.density, "density");
-    let lame = given!(text).lame(table, findings);
+    let lame = lame(&text.moduli(), table, findings);
     let transverse = transverse::<D>(text.transverse.as_ref(), findings);
     let viscosity = viscosity(&text.shear_viscosity, &text.bulk_viscosity, findings);
     let (density, lame, transverse) = (density?, lame?, transverse?);
@@ -155,7 +133,7 @@ pub(super) fn neo_hookean<const D: usize>(
     findings: &mut Findings<'_>,
 ) -> Option<Material> {
     let density = findings.positive(&text.density, "density");
-    let lame = given!(text).lame(table, findings);
+    let lame = lame(&text.moduli(), table, findings);
     let transverse = transverse::<D>(text.transverse.as_ref(), findings);
     let viscosity = viscosity(&text.shear_viscosity, &text.bulk_viscosity, findings);
     let (density, lame, transverse) = (density?, lame?, transverse?);
@@ -188,7 +166,7 @@ pub(super) fn nearly_incompressible(
     findings: &mut Findings<'_>,
 ) -> Option<Material> {
     let density = findings.positive(&text.density, "density");
-    let lame = given!(text).lame(table, findings);
+    let lame = lame(&text.moduli(), table, findings);
     let gamma = text.gamma.as_ref().map(|gamma| findings.within(gamma, "gamma", "at least 1", |gamma| gamma >= 1.0));
     let viscosity = viscosity(&text.shear_viscosity, &text.bulk_viscosity, findings);
     let (density, lame) = (density?, lame?);

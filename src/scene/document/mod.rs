@@ -7,10 +7,13 @@ mod body;
 mod conditions;
 mod material;
 mod numerics;
+#[cfg(test)]
+mod schemas;
 mod value;
 
 use serde::Deserialize;
-pub(in crate::scene) use toml::Spanned;
+
+use crate::scene::units::{Acceleration, UnitSystem};
 
 pub(in crate::scene) use body::{
     BallText, BodyText, BoxText, CylinderText, LatticeText, LayoutText, LayoutsText, MappedBoxText, MeshPointsText,
@@ -22,41 +25,67 @@ pub(in crate::scene) use conditions::{
     TractionText,
 };
 pub(in crate::scene) use material::{
-    HyperelasticText, LinearText, MaterialText, MooneyRivlinText, NearlyIncompressibleText, NeoHookeanText, SolidText,
+    MaterialText, Moduli, Modulus, MooneyRivlinText, NearlyIncompressibleText, NeoHookeanText, SolidText,
     TransverseText,
 };
 pub(in crate::scene) use numerics::{
     AdaptiveText, CheckpointText, EffortText, GradientText, InterfaceText, LinearSolverText, NewtonText, OutputText,
     PressureJumpText, SchemeText, ShearText, StabilisationText, TimeText, WaveSpeedText,
 };
-pub(in crate::scene) use value::{Field, FieldList, HourglassText, Number, Text, Vector};
+pub(in crate::scene) use value::{
+    Direction, Field, FieldList, HourglassText, Measure, Number, REMEDY, Scalar, Spanned, Text, Vector,
+};
 
-/// The whole scene.
+/// A scene: bodies, conditions, and how to compute.
 #[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(title = "Scene of nicolson"))]
 #[serde(deny_unknown_fields, expecting = "a scene")]
 pub(in crate::scene) struct Document {
+    /// Default: the name of the file.
     pub title: Option<String>,
+    /// Number of dimensions: 1, 2 (plane strain) or 3.
+    #[cfg_attr(test, schemars(range(min = 1, max = 3)))]
     pub dimension: Spanned<u64>,
-    pub gravity: Option<Vector>,
-    pub body_force: Option<FieldList>,
+    /// Units of plain numbers and expressions; quantities in quotes have their own. Results are always in SI units.
+    #[serde(default)]
+    pub units: UnitSystem,
+    /// Gravity, one number per direction; default none.
+    pub gravity: Option<Vector<Acceleration>>,
+    /// Force per mass, a field per direction; default none.
+    pub body_force: Option<FieldList<Acceleration>>,
+    /// Coefficient of the hourglass control, usual are 0.5 to 4, or none; default: none for fluids; for solids 3 with
+    /// balanced weights, else 2, and from ν = 0.45 on less.
     pub hourglass: Option<Spanned<HourglassText>>,
+    /// One or more bodies; they do not interact.
     #[serde(default)]
     pub body: Vec<Spanned<BodyText>>,
+    /// The state at t = 0.
     pub initial: Option<Spanned<InitialText>>,
+    /// Fixed and prescribed motion.
     #[serde(default)]
     pub boundary: Vec<Spanned<BoundaryText>>,
+    /// Forces on the boundary.
     #[serde(default)]
     pub traction: Vec<Spanned<TractionText>>,
+    /// Upwind stabilisation; default none.
     pub stabilisation: Option<Spanned<StabilisationText>>,
+    /// Time, step and scheme; required.
     pub time: Option<Spanned<TimeText>>,
+    /// Newton's method.
     #[serde(default)]
     pub newton: NewtonText,
+    /// The linear solver.
     #[serde(default)]
     pub linear: LinearSolverText,
+    /// What is written.
     #[serde(default)]
     pub output: OutputText,
+    /// When the state is saved, to go on from.
     pub checkpoint: Option<CheckpointText>,
+    /// Places whose motion is recorded.
     #[serde(default)]
     pub probe: Vec<Spanned<ProbeText>>,
+    /// The exact solution.
     pub exact: Option<Spanned<ExactText>>,
 }

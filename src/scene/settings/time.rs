@@ -65,6 +65,7 @@ impl Default for Effort {
 
 /// Key `time.rkc_stages`: where the number of stages of `rkc` comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema, serde::Serialize))]
 #[serde(rename_all = "snake_case")]
 pub enum RkcStages {
     /// From the spectral radius of the actual operator, found by a power iteration.

@@ -1,0 +1,259 @@
+//! A simulation of any dimension behind one trait.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use nicolson::model::Energies;
+use nicolson::scene::Scene;
+use nicolson::setup::Constraint;
+use nicolson::simulation::{Prepared, RunError, StepProblem, prepare};
+use nicolson_solvers::linear::{SparseMatrix, SparsePattern, Tangent};
+use nicolson_solvers::nonlinear::{IterationRecord, NewtonMonitor};
+use nicolson_solvers::time::{StepControl, StepReport, System, TimeState};
+
+use crate::errors::Trouble;
+
+/// Ends a Newton iteration when the flag is up.
+struct Watch(Arc<AtomicBool>);
+
+impl NewtonMonitor for Watch {
+    fn point(&mut self, _: &IterationRecord) -> ControlFlow<()> {
+        if self.0.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// What does not change in a simulation.
+pub struct Fixed {
+    pub dimension: usize,
+    pub particles: usize,
+    pub end: f64,
+    pub scheme: &'static str,
+    pub explicit_step_limit: f64,
+    pub warnings: Vec<String>,
+    /// Flat, particle by particle.
+    pub reference_positions: Vec<f64>,
+    pub masses: Vec<f64>,
+    /// Whether a component of a velocity is free, flat.
+    pub free: Vec<bool>,
+}
+
+/// A simulation.
+pub trait Engine: Send {
+    /// What does not change.
+    fn fixed(&self) -> Fixed;
+    /// Time and state; the values may have been taken out, and must be back before anything else is called.
+    fn state(&mut self) -> &mut TimeState;
+    /// One accepted step, not past the target nor the next frame.
+    fn step(&mut self, target: f64) -> Result<StepReport, Trouble>;
+    fn energies(&self) -> Energies;
+    fn rate(&mut self, time: f64, state: &[f64]) -> Result<Vec<f64>, Trouble>;
+    /// Poses the next step and returns the start of Newton's method.
+    fn start(&mut self, step: Option<f64>) -> Result<Vec<f64>, Trouble>;
+    fn residual(&mut self, y: &[f64], step: Option<f64>) -> Result<Vec<f64>, Trouble>;
+    fn matvec(&mut self, y: &[f64], vector: &[f64], step: Option<f64>) -> Result<Vec<f64>, Trouble>;
+    /// The tangent, and the places of its entries.
+    fn matrix(&mut self, y: &[f64], step: Option<f64>) -> Result<(SparseMatrix, Arc<SparsePattern>), Trouble>;
+    fn finish(&mut self, y: &[f64], step: Option<f64>) -> Result<Vec<f64>, Trouble>;
+    /// Mass of every unknown.
+    fn mass(&mut self) -> Result<Vec<f64>, Trouble>;
+}
+
+/// Prepares a scene.
+///
+/// # Errors
+/// If it is impossible.
+pub fn engine(scene: &Scene, stop: &Arc<AtomicBool>) -> Result<Box<dyn Engine>, Trouble> {
+    Ok(match scene.dimension() {
+        1 => Box::new(Session::<1>::new(scene, stop)?),
+        2 => Box::new(Session::<2>::new(scene, stop)?),
+        _ => Box::new(Session::<3>::new(scene, stop)?),
+    })
+}
+
+struct Session<const D: usize> {
+    prepared: Prepared<D>,
+    stop: Arc<AtomicBool>,
+    /// Time between two frames, s, on which steps land as those of a run do.
+    interval: Option<f64>,
+    frames: usize,
+    problem: Option<StepProblem<D>>,
+    /// Step of the problem that is posed for the present state, s.
+    posed: Option<f64>,
+    start: Vec<f64>,
+    /// Where its derivatives were taken; empty if nowhere.
+    linearised: Vec<f64>,
+}
+
+impl<const D: usize> Session<D> {
+    fn new(scene: &Scene, stop: &Arc<AtomicBool>) -> Result<Self, Trouble> {
+        let mut prepared = prepare::<D>(scene)?;
+        if let Some(newton) = prepared.stepper.newton_mut() {
+            newton.set_monitor(Some(Box::new(Watch(Arc::clone(stop)))));
+        }
+        Ok(Self {
+            prepared,
+            stop: Arc::clone(stop),
+            interval: scene.output.interval,
+            frames: 1,
+            problem: None,
+            posed: None,
+            start: Vec::new(),
+            linearised: Vec::new(),
+        })
+    }
+
+    fn next_frame(&self) -> f64 {
+        self.interval.map_or(f64::INFINITY, |interval| interval * self.frames as f64)
+    }
+
+    /// Length that the next step will be tried with, s.
+    fn next_step(&mut self) -> Result<f64, Trouble> {
+        let Prepared { stepper, state, model, end, .. } = &mut self.prepared;
+        let proposed = match stepper.control() {
+            StepControl::Fixed { step } => step * state.memory.control.scale,
+            StepControl::Cfl { factor } => factor * model.stable_step(state.time, &state.values),
+            _ => state.memory.control.step,
+        };
+        let end = *end;
+        let time = state.time;
+        if proposed <= 0.0 {
+            let what = "the controlled step is not known before the first: give dt";
+            return Err(Trouble::Argument(what.into()));
+        }
+        let rest = end.min(self.next_frame()) - time;
+        Ok(if rest > 0.0 { proposed.min(rest) } else { proposed })
+    }
+
+    fn problem(&mut self) -> Result<&mut StepProblem<D>, Trouble> {
+        if self.problem.is_none() {
+            self.problem = Some(StepProblem::new(&self.prepared).map_err(RunError::Model)?);
+        }
+        self.problem.as_mut().ok_or_else(|| Trouble::Panic("no problem".into()))
+    }
+
+    /// The problem of the next step.
+    fn pose(&mut self, step: Option<f64>) -> Result<&mut StepProblem<D>, Trouble> {
+        let step = match step {
+            Some(step) => step,
+            None => self.next_step()?,
+        };
+        self.problem()?;
+        let known = self.posed.is_some_and(|posed| posed.to_bits() == step.to_bits());
+        let Self { problem, prepared, posed, start, linearised, .. } = self;
+        let problem = problem.as_mut().ok_or_else(|| Trouble::Panic("no problem".into()))?;
+        if !known {
+            *posed = None;
+            linearised.clear();
+            *start = problem.pose(&prepared.state, step)?;
+            *posed = Some(step);
+        }
+        Ok(problem)
+    }
+
+    fn linearise(&mut self, y: &[f64], step: Option<f64>) -> Result<&mut StepProblem<D>, Trouble> {
+        self.pose(step)?;
+        let Self { problem, linearised, .. } = self;
+        let problem = problem.as_mut().ok_or_else(|| Trouble::Panic("no problem".into()))?;
+        if linearised != y || y.is_empty() {
+            linearised.clear();
+            problem.linearise(y)?;
+            linearised.extend_from_slice(y);
+        }
+        Ok(problem)
+    }
+}
+
+impl<const D: usize> Engine for Session<D> {
+    fn fixed(&self) -> Fixed {
+        let Prepared { model, stepper, end, explicit_step_limit, warnings, .. } = &self.prepared;
+        let setup = model.setup();
+        Fixed {
+            dimension: D,
+            particles: model.particles(),
+            end: *end,
+            scheme: stepper.scheme().name(),
+            explicit_step_limit: *explicit_step_limit,
+            warnings: warnings.clone(),
+            reference_positions: setup.particles.positions.iter().flat_map(|x| x.iter().copied()).collect(),
+            masses: model.masses().to_vec(),
+            free: setup.constraints.iter().flatten().map(|kind| *kind == Constraint::Free).collect(),
+        }
+    }
+
+    fn state(&mut self) -> &mut TimeState {
+        &mut self.prepared.state
+    }
+
+    fn step(&mut self, target: f64) -> Result<StepReport, Trouble> {
+        self.posed = None;
+        let target = target.min(self.next_frame());
+        let Prepared { stepper, model, state, .. } = &mut self.prepared;
+        match stepper.advance(model, state, target) {
+            Ok(report) => {
+                if state.time >= self.next_frame() {
+                    self.frames += 1;
+                }
+                Ok(report)
+            }
+            Err(failure) => {
+                let message = if self.stop.load(Ordering::Relaxed) {
+                    failure.to_string()
+                } else {
+                    self.prepared.explain(&failure)
+                };
+                Err(Trouble::Step { message, failure })
+            }
+        }
+    }
+
+    fn energies(&self) -> Energies {
+        self.prepared.model.energies(&self.prepared.state.values)
+    }
+
+    fn rate(&mut self, time: f64, state: &[f64]) -> Result<Vec<f64>, Trouble> {
+        (self.posed, self.linearised) = (None, Vec::new());
+        let model = self.problem()?.model_mut();
+        if state.len() != model.len() {
+            let what = format!("{} values for a state [u | v | J] of {}", state.len(), model.len());
+            return Err(Trouble::Argument(what));
+        }
+        let mut rate = vec![0.0; state.len()];
+        model.rate(time, state, &mut rate).map_err(|error| RunError::Outside { time, error })?;
+        Ok(rate)
+    }
+
+    fn start(&mut self, step: Option<f64>) -> Result<Vec<f64>, Trouble> {
+        self.pose(step)?;
+        Ok(self.start.clone())
+    }
+
+    fn residual(&mut self, y: &[f64], step: Option<f64>) -> Result<Vec<f64>, Trouble> {
+        let problem = self.pose(step)?;
+        let mut out = vec![0.0; problem.unknowns()];
+        problem.residual(y, &mut out)?;
+        Ok(out)
+    }
+
+    fn matvec(&mut self, y: &[f64], vector: &[f64], step: Option<f64>) -> Result<Vec<f64>, Trouble> {
+        let problem = self.linearise(y, step)?;
+        let mut out = vec![0.0; problem.unknowns()];
+        problem.apply(vector, &mut out)?;
+        Ok(out)
+    }
+
+    fn matrix(&mut self, y: &[f64], step: Option<f64>) -> Result<(SparseMatrix, Arc<SparsePattern>), Trouble> {
+        let problem = self.linearise(y, step)?;
+        let pattern =
+            problem.model().pattern().ok_or_else(|| Trouble::Argument("the tangent has no entries".into()))?;
+        Ok((problem.matrix(), Arc::clone(pattern)))
+    }
+
+    fn finish(&mut self, y: &[f64], step: Option<f64>) -> Result<Vec<f64>, Trouble> {
+        Ok(self.pose(step)?.finish(y)?)
+    }
+
+    fn mass(&mut self) -> Result<Vec<f64>, Trouble> {
+        Ok(self.problem()?.mass())
+    }
+}

@@ -1,0 +1,190 @@
+//! A whole run.
+
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+use nicolson::output::Status;
+use nicolson::simulation::{self, Monitor, Outcome, Progress, Rows, RunOptions};
+use numpy::{IntoPyArray, PyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::{lend, view};
+use crate::errors::failed;
+use crate::scene::Scene;
+use crate::work::{self, Caller, Ended};
+
+/// What a callback hears of a step.
+struct Heard {
+    time: f64,
+    end: f64,
+    step: f64,
+    newton_iterations: usize,
+    rejected: usize,
+    explicit_step_limit: f64,
+}
+
+/// Passes every step on to the callback.
+struct Relay<'a>(Option<&'a Caller<Heard>>);
+
+impl Monitor for Relay<'_> {
+    fn stepped(&mut self, progress: &Progress<'_>) {
+        if let Some(caller) = self.0 {
+            caller.call(Heard {
+                time: progress.time,
+                end: progress.end,
+                step: progress.step.step,
+                newton_iterations: progress.step.newton_iterations,
+                rejected: progress.step.rejected,
+                explicit_step_limit: progress.explicit_step_limit,
+            });
+        }
+    }
+}
+
+/// What a run came to.
+#[pyclass(module = "nicolson", frozen)]
+pub struct RunResult {
+    /// The report, as in `report.json`.
+    #[pyo3(get)]
+    report: Py<PyAny>,
+    /// Columns of `history.csv` by name; empty if `output.history` is off.
+    #[pyo3(get)]
+    history: Py<PyDict>,
+    /// Columns of `probes.csv` by name.
+    #[pyo3(get)]
+    probes: Py<PyDict>,
+    /// Final state `[u | v | J]`, flat and particle by particle.
+    #[pyo3(get)]
+    state: Py<PyArray1<f64>>,
+    /// Directory with the results, or None.
+    #[pyo3(get)]
+    out: Option<PathBuf>,
+    particles: usize,
+    dimension: usize,
+}
+
+impl RunResult {
+    fn part<'py>(&self, py: Python<'py>, part: usize, width: usize) -> PyResult<Bound<'py, PyAny>> {
+        let n = self.particles * self.dimension;
+        let end = if part == 2 { 2 * n + self.particles } else { (part + 1) * n };
+        view(self.state.bind(py), part * n..end, width)
+    }
+}
+
+#[pymethods]
+impl RunResult {
+    /// "completed", or "interrupted" if the callback ended the run.
+    #[getter]
+    fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.report.bind(py).get_item("status")
+    }
+
+    /// Time reached, s.
+    #[getter]
+    fn time<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.report.bind(py).get_item("time_reached")
+    }
+
+    /// Final displacements, m: (particles, dimension); a view of `state`.
+    #[getter]
+    fn displacement<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.part(py, 0, self.dimension)
+    }
+
+    /// Final velocities, m/s: (particles, dimension); a view of `state`.
+    #[getter]
+    fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.part(py, 1, self.dimension)
+    }
+
+    /// Final volume ratios: (particles,); a view of `state`.
+    #[getter]
+    fn volume_ratio<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.part(py, 2, 0)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!("<nicolson.RunResult {}, t = {} s, {} particles>", self.status(py)?, self.time(py)?, self.particles))
+    }
+}
+
+fn columns(py: Python<'_>, rows: &Rows) -> PyResult<Py<PyDict>> {
+    let dict = PyDict::new(py);
+    for (index, title) in rows.titles.iter().enumerate() {
+        dict.set_item(title, rows.column(index).collect::<Vec<f64>>().into_pyarray(py))?;
+    }
+    Ok(dict.unbind())
+}
+
+fn result(py: Python<'_>, outcome: Outcome, dimension: usize, out: Option<PathBuf>) -> PyResult<RunResult> {
+    let text =
+        serde_json::to_string(&outcome.report).map_err(|e| pyo3::exceptions::PyValueError::new_err(e.to_string()))?;
+    Ok(RunResult {
+        report: py.import("json")?.call_method1("loads", (text,))?.unbind(),
+        history: columns(py, &outcome.history)?,
+        probes: columns(py, &outcome.probes)?,
+        particles: outcome.report.particles,
+        dimension,
+        state: lend(py, outcome.state).unbind(),
+        out,
+    })
+}
+
+/// Runs a scene to its end: what `nicolson run` does, to the last bit.
+///
+/// `out`: directory for results; None writes nothing. `callback`: called after every step, in the calling thread, with a
+/// dict (time, end, step, newton_iterations, rejected, explicit_step_limit); if it returns something true the run ends
+/// there, as it does if it raises. `threads`: default all cores; results do not depend on it.
+///
+/// Raises SceneError, SimulationFailed (with what there is in `result`), OSError if the disk refuses, and
+/// KeyboardInterrupt after the present step, with what there is in `result` and on disk.
+#[pyfunction]
+#[pyo3(signature = (scene, out = None, callback = None, threads = None))]
+pub fn run(
+    py: Python<'_>,
+    scene: &Scene,
+    out: Option<PathBuf>,
+    callback: Option<Py<PyAny>>,
+    threads: Option<usize>,
+) -> PyResult<RunResult> {
+    let pool = work::pool(threads).map_err(|trouble| trouble.raise(py))?;
+    let options =
+        RunOptions { directory: out.clone(), command: "nicolson.run".into(), keep_rows: true, ..RunOptions::default() };
+    let (inner, stop) = (&scene.inner, AtomicBool::new(false));
+    let listens = callback.is_some();
+    let tell = |py: Python<'_>, heard: Heard| -> PyResult<bool> {
+        let Some(callback) = &callback else { return Ok(false) };
+        let dict = PyDict::new(py);
+        dict.set_item("time", heard.time)?;
+        dict.set_item("end", heard.end)?;
+        dict.set_item("step", heard.step)?;
+        dict.set_item("newton_iterations", heard.newton_iterations)?;
+        dict.set_item("rejected", heard.rejected)?;
+        dict.set_item("explicit_step_limit", heard.explicit_step_limit)?;
+        callback.bind(py).call1((dict,))?.is_truthy()
+    };
+    let Ended { outcome, raised } = work::long(py, pool.as_ref(), &stop, tell, |caller| {
+        let mut relay = Relay(listens.then_some(caller));
+        Ok(simulation::run(inner, &options, &mut relay, &stop)?)
+    });
+    let outcome = match (outcome, &raised) {
+        (Ok(outcome), _) => outcome,
+        (Err(trouble), None) => return Err(trouble.raise(py)),
+        (Err(_), Some(error)) => return Err(error.clone_ref(py)),
+    };
+    let (status, time) = (outcome.report.status, outcome.report.time_reached);
+    let message = outcome.report.message.clone().unwrap_or_default();
+    let result = result(py, outcome, inner.dimension(), out)?;
+    if let Some(error) = raised {
+        // An exception that takes no attributes goes without.
+        let _ = error.value(py).setattr("result", Py::new(py, result)?);
+        return Err(error);
+    }
+    if status == Status::Failed {
+        let error = failed(py, &message, time, Vec::new())?;
+        error.value(py).setattr("result", Py::new(py, result)?)?;
+        return Err(error);
+    }
+    Ok(result)
+}
