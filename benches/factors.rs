@@ -16,18 +16,37 @@ use nicolson_solvers::time::StageSystem;
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
 
-/// Smallest time of several repetitions, s.
-fn smallest(repetitions: usize, mut work: impl FnMut()) -> f64 {
-    (0..repetitions)
-        .map(|_| {
-            let start = Instant::now();
-            work();
-            start.elapsed().as_secs_f64()
-        })
-        .fold(f64::INFINITY, f64::min)
+/// Below this the count of the system is too coarse, s.
+const COARSE: f64 = 0.03;
+
+/// Seconds that this thread has computed, where the system tells: other programs then disturb less.
+fn computed() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)
 }
 
-fn measure<const D: usize>(example: &str, sets: &[(String, String)], with_lu: bool) -> Outcome {
+/// What some work takes, s: processor time of the one thread, where the clock of the system is fine enough.
+fn spent(work: impl FnOnce()) -> f64 {
+    let (start, before) = (Instant::now(), computed());
+    work();
+    let elapsed = start.elapsed().as_secs_f64();
+    match (before, computed()) {
+        (Some(before), Some(after)) if elapsed > COARSE => (after - before).min(elapsed),
+        _ => elapsed,
+    }
+}
+
+/// Smallest time of several repetitions, s.
+fn smallest(repetitions: usize, mut work: impl FnMut()) -> f64 {
+    (0..repetitions).map(|_| spent(&mut work)).fold(f64::INFINITY, f64::min)
+}
+
+/// Prints what everything costs. Returns particles, and time of entries, LDLᵀ and solve together, s.
+fn measure<const D: usize>(
+    example: &str,
+    sets: &[(String, String)],
+    with_lu: bool,
+) -> Result<(f64, f64), Box<dyn std::error::Error>> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(format!("{example}.toml"));
     let scene = Scene::read(&path, sets)?;
     let mut prepared = prepare::<D>(&scene)?;
@@ -42,12 +61,18 @@ fn measure<const D: usize>(example: &str, sets: &[(String, String)], with_lu: bo
         let _ = model.residual(&unknowns, &mut residual);
     });
     model.linearise(&unknowns)?;
-    let start = Instant::now();
-    let mut values = vec![0.0; model.pattern_entries()];
-    let pattern = start.elapsed().as_secs_f64();
+    let mut values = Vec::new();
+    let pattern = spent(|| values.resize(model.pattern_entries(), 0.0));
     let fill = smallest(3, || model.fill(&mut values));
     let mut out = vec![0.0; unknowns.len()];
     let action = smallest(5, || model.tangent().apply(&residual, &mut out));
+    let pairs = model.gradient().neighbourhood.pairs() as f64;
+    let near = pairs / model.particles() as f64;
+    println!(
+        "a pair: action {:.1} ns; a pair of pairs: entries {:.2} ns; {near:.1} neighbours",
+        1e9 * action / pairs,
+        1e9 * fill / (pairs * near)
+    );
     println!(
         "{example}: {} particles, {} unknowns, {} entries; rate {:.2} ms, pattern {:.1} ms, assembly {:.1} ms, action {:.2} ms",
         model.particles(),
@@ -68,10 +93,11 @@ fn measure<const D: usize>(example: &str, sets: &[(String, String)], with_lu: bo
     if with_lu || !symmetric {
         solvers.push(("LU", Box::new(SparseLu::new())));
     }
+    let mut direct = f64::NAN;
     for (name, mut solver) in solvers {
-        let start = Instant::now();
-        solver.prepare(model.tangent())?;
-        let first = start.elapsed().as_secs_f64();
+        let mut prepared = Ok(());
+        let first = spent(|| prepared = solver.prepare(model.tangent()));
+        prepared?;
         let repetitions = if first < 1.0 { 5 } else { 1 };
         let again = smallest(repetitions, || solver.prepare(model.tangent()).unwrap_or_default());
         let mut iterations = 0;
@@ -80,6 +106,9 @@ fn measure<const D: usize>(example: &str, sets: &[(String, String)], with_lu: bo
                 iterations = report.iterations;
             }
         });
+        if name == "LDLT, by places" {
+            direct = again + solve;
+        }
         println!(
             "{name:>22} {:>8.1}ms {:>8.1}ms {:>8.2}ms {:>12} ({iterations} refinements; {})",
             1e3 * (first - again),
@@ -89,18 +118,25 @@ fn measure<const D: usize>(example: &str, sets: &[(String, String)], with_lu: bo
             solver.info().name,
         );
     }
-    Ok(())
+    Ok((model.particles() as f64, direct))
 }
 
 fn main() -> Outcome {
     let cases: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     let cases = if cases.is_empty() { vec!["2d-1".into(), "2d-10".into(), "3d-1".into()] } else { cases };
-    rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    pool.install(|| all(&cases).map_err(|error| error.to_string()))?;
+    Ok(())
+}
+
+/// All cases, and how the direct path grows from the first to the last case of each kind.
+fn all(cases: &[String]) -> Outcome {
     let with_lu = std::env::var_os("WITH_LU").is_some();
+    let mut first = std::collections::HashMap::new();
     for case in cases {
         let (dimension, size) = case.split_once('-').ok_or("a case is DIMENSION-THOUSANDS")?;
         let particles = 1e3 * size.trim_end_matches('k').parse::<f64>()?;
-        match dimension {
+        let (count, direct) = match dimension {
             "2d" => {
                 let side = particles.sqrt().round();
                 let sets = vec![("body.0.counts".into(), format!("[{side}, {side}]"))];
@@ -117,6 +153,11 @@ fn main() -> Outcome {
                 measure::<3>("swinging-cube", &sets, with_lu)
             }
         }?;
+        let &mut (least, start) = first.entry(dimension).or_insert((count, direct));
+        if count > least {
+            let exponent = (direct / start).ln() / (count / least).ln();
+            println!("{dimension}: entries, LDLT and solve grow as n^{exponent:.2} from {least} to {count} particles");
+        }
     }
     Ok(())
 }

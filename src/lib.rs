@@ -139,9 +139,11 @@
 pub mod cli;
 pub mod discretisation;
 pub mod expression;
+mod files;
 pub mod geometry;
 pub mod guide;
 pub mod kernel;
+pub mod machine;
 pub mod material;
 pub mod model;
 pub mod output;

@@ -57,7 +57,7 @@ fn modes(model: &Model<1>) -> Modes {
     let mut weights = DMatrix::zeros(model.particles(), model.particles());
     for a in 0..model.particles() {
         for entry in gradient.neighbourhood.row(a) {
-            weights[(a, gradient.neighbourhood.neighbour(entry))] = gradient.weights[entry][0];
+            weights[(a, gradient.neighbourhood.neighbour(entry))] = gradient.weights.at(a, entry)[0];
         }
     }
     let weights = weights.select_columns(&free);

@@ -5,12 +5,18 @@
 
 #[path = "command_line/bad_input.rs"]
 mod bad_input;
+#[path = "command_line/beginnings.rs"]
+mod beginnings;
 #[path = "command_line/endings.rs"]
 mod endings;
 #[path = "command_line/pictures.rs"]
 mod pictures;
 #[path = "command_line/report.rs"]
 mod report;
+#[path = "command_line/studies.rs"]
+mod studies;
+#[path = "command_line/study_mistakes.rs"]
+mod study_mistakes;
 #[path = "command_line/vtk.rs"]
 mod vtk;
 

@@ -34,7 +34,7 @@ fn pages() -> Vec<PathBuf> {
 }
 
 fn documents() -> Vec<PathBuf> {
-    let mut all = vec!["README.md", "CONTRIBUTING.md", "tests/README.md", "examples/verification/README.md"]
+    let mut all = vec!["README.md", "CONTRIBUTING.md", "tests/README.md", "examples/verification/README.md", "examples/studies/README.md"]
         .into_iter()
         .map(|name| root().join(name))
         .collect::<Vec<_>>();
@@ -166,7 +166,12 @@ fn words(line: &str) -> Vec<String> {
 fn commands(text: &str) -> Vec<Vec<String>> {
     let starts = ["    nicolson ", "    cargo run --release -- ", "    $ nicolson "];
     let lines = text.lines().filter_map(|line| starts.iter().find_map(|start| line.strip_prefix(start)));
-    let whole = lines.filter(|line| !["[--", "SCENE", "STUDY", "RUN_", "[DIR]", "…"].iter().any(|mark| line.contains(mark)));
+    // SCENE.toml, RUN_DIR, [--out DIR]: the general form of a command.
+    let placeholder = |word: &str| {
+        let letters: Vec<char> = word.trim_start_matches('[').chars().take(3).collect();
+        letters.len() == 3 && letters.iter().all(char::is_ascii_uppercase)
+    };
+    let whole = lines.filter(|line| !line.contains('…') && !line.split(' ').any(placeholder));
     // A comment after the command.
     whole.map(|line| words(line.split("    ").next().unwrap_or(line))).collect()
 }

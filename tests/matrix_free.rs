@@ -8,8 +8,8 @@ use nicolson::scene::Scene;
 use nicolson::setup::*;
 use nicolson::simulation::prepare;
 use nicolson_solvers::linear::{
-    CoarseMatrix, KrylovOptions, LinearError, LinearSolverChoice, MultigridOptions, Operator, Preconditioner,
-    SparseMatrix, Tangent, Tents,
+    AutomaticOptions, CoarseMatrix, Effort, Geometry, KrylovOptions, LinearError, LinearSolverChoice, LinearSolverInfo,
+    MultigridOptions, Operator, Places, Preconditioner, SparseMatrix, Symmetry, Tangent, Tents,
 };
 use nicolson_solvers::nonlinear::NonlinearProblem;
 use nicolson_solvers::time::StageSystem;
@@ -205,6 +205,95 @@ fn a_scene_runs_without_entries_and_agrees_with_the_direct_solver() {
             }
         }
     }
+}
+
+/// A model whose entries would cost too much to be asked for, as those of far larger ones do.
+struct Dear<'a>(&'a Model<3>);
+
+impl Tangent for Dear<'_> {
+    fn size(&self) -> usize {
+        self.0.size()
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.0.symmetry()
+    }
+
+    fn apply(&self, v: &[f64], out: &mut [f64]) {
+        self.0.apply(v, out);
+    }
+
+    fn blocks(&self) -> &[usize] {
+        self.0.blocks()
+    }
+
+    fn offers_diagonal_blocks(&self) -> bool {
+        self.0.offers_diagonal_blocks()
+    }
+
+    fn diagonal_blocks(&self, values: &mut [f64]) {
+        self.0.diagonal_blocks(values);
+    }
+
+    fn geometry(&self) -> Option<Geometry> {
+        self.0.geometry()
+    }
+
+    fn project(&self, tents: &Tents, coarse: &mut CoarseMatrix) -> bool {
+        self.0.project(tents, coarse)
+    }
+
+    fn places(&self) -> Option<Places> {
+        self.0.places()
+    }
+
+    fn effort(&self) -> Option<Effort> {
+        self.0.effort().map(|effort| Effort { assembly: 1e5 * effort.action, ..effort })
+    }
+}
+
+/// Some loads one after the other, as in steps of a run; the solver and its number of iterations in each.
+fn solve_automatically(model: &Model<3>, options: AutomaticOptions) -> (LinearSolverInfo, Vec<usize>) {
+    let mut solver = LinearSolverChoice::Automatic(options).build();
+    let dear = Dear(model);
+    let iterations = (0..6).map(|load| {
+        let b: Vec<f64> = (0..model.size()).map(|i| ((i + 7 * load) as f64 * 0.7).sin()).collect();
+        let mut x = vec![0.0; b.len()];
+        solver.prepare(&dear).unwrap_or_else(|e| panic!("{e}"));
+        let report = solver.solve(&dear, &b, &mut x, 1e-8).unwrap_or_else(|e| panic!("{e}"));
+        let mut product = vec![0.0; b.len()];
+        model.apply(&x, &mut product);
+        assert!(deviation(&product, &b) < 1e-6);
+        report.iterations
+    });
+    let iterations = iterations.collect();
+    assert!(!model.has_pattern());
+    (solver.info(), iterations)
+}
+
+#[test]
+fn auto_turns_to_multigrid_for_long_steps_and_stays_with_block_jacobi_for_short_ones() {
+    let column = |shift| linearised([6, 6, 24], Material::solid(1000.0, NEO, Transverse::Strain), shift);
+    let (short, long) = (column(0.004), column(1.0));
+    let (info, iterations) = solve_automatically(&short, AutomaticOptions::default());
+    assert_eq!(info.name, "CG + block Jacobi", "{info:?} {iterations:?}");
+    assert!(iterations.iter().all(|&k| k < 40), "{iterations:?}");
+
+    let (info, iterations) = solve_automatically(&long, AutomaticOptions::default());
+    assert_eq!(info.name, "CG + additive multigrid", "{info:?} {iterations:?}");
+    assert!(info.reason.contains("iterations with block Jacobi were not enough"), "{info:?}");
+    let krylov = KrylovOptions { operator: Operator::MatrixFree, ..Default::default() };
+    let mut jacobi = LinearSolverChoice::Cg { krylov }.build();
+    let b: Vec<f64> = (0..long.size()).map(|i| ((i + 35) as f64 * 0.7).sin()).collect();
+    jacobi.prepare(&long).expect("prepared");
+    let alone = jacobi.solve(&long, &b, &mut vec![0.0; b.len()], 1e-8).expect("solved").iterations;
+    assert!(2 * alone > 3 * iterations[5], "{alone} {iterations:?}");
+
+    // An equilibrium takes multigrid at once.
+    let (info, first) = solve_automatically(&long, AutomaticOptions { direct: true, ..AutomaticOptions::default() });
+    assert_eq!(info.name, "CG + additive multigrid", "{info:?}");
+    assert!(info.reason.contains("ill-conditioned"), "{info:?}");
+    assert_eq!(first[0].cmp(&alone), std::cmp::Ordering::Less, "{first:?}");
 }
 
 #[test]

@@ -8,8 +8,12 @@ mod files;
 mod mutations;
 #[path = "scene_errors/overrides.rs"]
 mod overrides;
+#[path = "scene_errors/suggestions.rs"]
+mod suggestions;
 #[path = "scene_errors/text.rs"]
 mod text;
+#[path = "scene_errors/units.rs"]
+mod units;
 
 use std::path::Path;
 

@@ -113,10 +113,7 @@ fn patch_residual(weights: &str, smoothing: &str) -> f64 {
         .map(|a| {
             let row = gradient.neighbourhood.row(a);
             let force: f64 = row
-                .map(|entry| {
-                    volumes[gradient.neighbourhood.neighbour(entry)]
-                        * gradient.weights[gradient.neighbourhood.twin(entry)][0]
-                })
+                .map(|entry| volumes[gradient.neighbourhood.neighbour(entry)] * gradient.transposed_weight(entry)[0])
                 .sum();
             force + f64::from(u8::from(a == 0)) - f64::from(u8::from(a == n - 1))
         })

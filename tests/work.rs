@@ -1,6 +1,6 @@
 //! The work of every example scene over its first steps, pinned; and the clocks that say where the time of a run goes.
 //!
-//! `tests/work/counts.csv` has a row for every scene in `examples/`, and any other number of anything is a failure: more
+//! `tests/work/counts.csv` has a row for every scene in `examples/`, and any other number of anything, or another path of the linear solver, is a failure: more
 //! work is a regression unless it is meant, and less is worth knowing. After a change that is meant,
 //!
 //! ```text
@@ -66,7 +66,7 @@ fn explicit_limit(name: &str) -> f64 {
 }
 
 const COLUMNS: &str = "scene,unknowns,steps,rejected,newton_iterations,residuals,linearisations,analyses,factorisations,\
-                       linear_solves,linear_iterations,rate_evaluations";
+                       linear_solves,linear_iterations,rate_evaluations,solver,reason";
 
 fn row(label: &str, name: &str, overrides: &[(&str, String)]) -> String {
     let Report { unknowns, steps, newton, linear, rate_evaluations, .. } = report(name, overrides);
@@ -86,7 +86,12 @@ fn row(label: &str, name: &str, overrides: &[(&str, String)]) -> String {
     counts.iter().fold(label.to_owned(), |mut row, count| {
         let _ = write!(row, ",{count}");
         row
-    })
+    }) + &path(&linear.solver, &linear.reason)
+}
+
+/// The path that the linear solver took, and why, without commas: they separate columns.
+fn path(solver: &str, reason: &str) -> String {
+    format!(",{},{}", solver.replace(',', ";"), reason.replace(',', ";"))
 }
 
 #[test]

@@ -129,6 +129,9 @@ fn print(scene: &Scene, forecast: &Forecast, geometry: &[GeometryRecord], warnin
         println!("equations            {}", if forecast.linear { "linear: one factorisation" } else { "nonlinear" });
     }
     println!("memory (estimate)    {:.1} MB", forecast.memory / 1e6);
+    if let Some(available) = scene.memory_limit() {
+        println!("memory (available)   {:.1} MB", available as f64 / 1e6);
+    }
     println!("explicit step limit  {:.4e} s", forecast.explicit_step_limit);
     println!(
         "step                 {:.4e} s ({:.1} × explicit)",

@@ -18,7 +18,9 @@ const WORTH_A_HINT: f64 = 1.0;
 
 /// Prints an error message.
 pub fn complain(message: &str) {
-    eprintln!("error: {message}");
+    // Names of files may hold anything; what a terminal would take for a command is left out.
+    let shown: String = message.chars().map(|c| if c.is_control() && c != '\n' { '\u{fffd}' } else { c }).collect();
+    eprintln!("error: {shown}");
 }
 
 /// A time for people: `8 s`, `12 min 5 s`, `3 h 40 min`, `2 d 5 h`.
@@ -52,12 +54,17 @@ pub struct Console {
     bar: Option<ProgressBar>,
     start: Instant,
     last: Instant,
+    /// Time at which this run began, s.
+    begun: Option<f64>,
+    /// Whether time is a pseudo-time, which no explicit step could take.
+    is_static: bool,
 }
 
 impl Console {
     /// A console; `quiet` prints errors only.
     pub fn new(quiet: bool, directory: Option<PathBuf>) -> Self {
-        Self { quiet, shows_progress: true, directory, bar: None, start: Instant::now(), last: Instant::now() }
+        let (start, last) = (Instant::now(), Instant::now());
+        Self { quiet, shows_progress: true, directory, bar: None, start, last, begun: None, is_static: false }
     }
 
     /// Neither a bar nor progress lines: something else tells of every step.
@@ -65,23 +72,36 @@ impl Console {
         self.shows_progress = false;
     }
 
-    fn line(progress: &Progress<'_>, elapsed: Duration) -> String {
+    /// Where the run is, how its step compares with an explicit one, and how long it will take at this pace.
+    fn line(&self, progress: &Progress<'_>) -> String {
         let step = progress.step;
-        let done = progress.time / progress.end;
-        let left = if done > 0.0 { elapsed.as_secs_f64() * (1.0 - done) / done } else { f64::INFINITY };
         let newton =
             if step.newton.is_empty() { String::new() } else { format!("  Newton {}", step.newton_iterations) };
+        let explicit = match self.is_static {
+            true => String::new(),
+            false => format!(" ({:.1} × explicit)", step.step / progress.explicit_step_limit),
+        };
         format!(
-            "t = {:.4e} s  Δt = {:.3e} s ({:.1} × explicit){newton}  ETA {left:.0} s",
+            "t = {:.4e} s, {:.0} %  Δt = {:.3e} s{explicit}{newton}  {} so far, about {} left",
             progress.time,
+            (100.0 * progress.time / progress.end).floor(),
             step.step,
-            step.step / progress.explicit_step_limit,
+            duration(self.start.elapsed().as_secs_f64()),
+            duration(self.left(progress)),
         )
+    }
+
+    /// Seconds left at the pace of this run, which may have begun at a checkpoint.
+    fn left(&self, progress: &Progress<'_>) -> f64 {
+        let begun = self.begun.unwrap_or_default();
+        let done = (progress.time - begun) / (progress.end - begun);
+        if done > 0.0 { self.start.elapsed().as_secs_f64() * (1.0 - done) / done } else { f64::INFINITY }
     }
 }
 
 impl Monitor for Console {
     fn started(&mut self, plan: &Plan<'_>) {
+        self.is_static = plan.scheme == "static";
         if self.quiet {
             return;
         }
@@ -115,17 +135,18 @@ impl Monitor for Console {
     }
 
     fn stepped(&mut self, progress: &Progress<'_>) {
+        self.begun.get_or_insert(progress.time - progress.step.step);
         if self.quiet || !self.shows_progress {
             return;
         }
         match &self.bar {
             Some(bar) if self.last.elapsed() > Duration::from_millis(100) => {
                 bar.set_position((1000.0 * progress.time / progress.end) as u64);
-                bar.set_message(Self::line(progress, self.start.elapsed()));
+                bar.set_message(self.line(progress));
                 self.last = Instant::now();
             }
             None if self.last.elapsed() > Duration::from_secs(QUIET_SECONDS) => {
-                eprintln!("{}", Self::line(progress, self.start.elapsed()));
+                eprintln!("{}", self.line(progress));
                 self.last = Instant::now();
             }
             _ => {}
@@ -164,6 +185,9 @@ impl Monitor for Console {
             report.linear.factorisations,
             report.wall_seconds.total
         );
+        if let Some(explicit) = explicit_steps(report).filter(|_| !self.is_static) {
+            println!("an explicit scheme would have taken {explicit:.0} steps to this time");
+        }
         if let Some(drift) = report.energy.max_relative_drift {
             println!(
                 "energy: {:.6e} J at the start, {:.6e} J at the end, {:.6e} J dissipated; largest drift {drift:.1e}",
@@ -186,6 +210,13 @@ impl Monitor for Console {
     }
 }
 
+/// Steps of the explicit limit to the time that an implicit run has reached.
+fn explicit_steps(report: &Report) -> Option<f64> {
+    let limit = report.explicit_step_limit.filter(|limit| report.unknowns > 0 && *limit > 0.0)?;
+    let steps = (report.time_reached / limit).ceil();
+    (steps > report.steps.accepted as f64).then_some(steps)
+}
+
 /// Where the time went, and what would help.
 fn breakdown(report: &Report) -> String {
     let total = report.wall_seconds.total.max(f64::MIN_POSITIVE);
@@ -199,4 +230,17 @@ fn breakdown(report: &Report) -> String {
         text += &format!("\nmost of it is {}: {}", report.bottleneck.part, report.bottleneck.hint);
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::duration;
+
+    #[test]
+    fn times_are_told_in_units_of_their_size() {
+        let told = [0.04, 9.94, 9.96, 59.4, 59.6, 3599.0, 3600.0, 86_399.0, 200_000.0, f64::INFINITY].map(duration);
+        let words =
+            ["0.0 s", "9.9 s", "10 s", "59 s", "1 min 0 s", "59 min 59 s", "1 h 0 min", "23 h 59 min", "2 d 7 h", "?"];
+        assert_eq!(told, words);
+    }
 }

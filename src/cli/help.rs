@@ -12,7 +12,7 @@ Exit codes:
   0    done
   2    wrong usage, an impossible scene, or no such run: nothing was computed
   3    a step could not be done at any size, or the disk refused: the results so far are on disk
-  130  interrupted (Ctrl-C): the results so far are on disk
+  130  interrupted (Ctrl-C, SIGTERM): the results so far are on disk, with a checkpoint for `nicolson restart`
 
 Environment:
   RAYON_NUM_THREADS  threads where --threads is not given; results do not depend on it
@@ -24,8 +24,8 @@ pub const RUN: &str = "\
 Run a scene and write its results.
 
 A mistake in the scene is shown with its place and a remedy, and nothing is written. A step that fails is tried again \
-shorter; if no step is possible, the results so far are kept, and the message says where and why. Ctrl-C ends the run \
-after the present step. Lines on standard error tell time, step over the explicit limit, and what is left; a summary \
+shorter; if no step is possible, the results so far are kept, and the message says where and why. Ctrl-C or SIGTERM \
+ends the run after the present step, with a checkpoint; a second one ends it at once. SIGUSR1 asks for a checkpoint. Lines on standard error tell time, step over the explicit limit, and what is left; a summary \
 on standard output tells energies, errors and where the time went.";
 /// How it is used.
 pub const RUN_EXAMPLES: &str = "\
@@ -36,6 +36,27 @@ Examples:
   nicolson run beam.toml --quiet --solve-log solves.jsonl
 
 Exit codes: 0 done, 2 wrong scene or usage, 3 failed (results so far on disk), 130 interrupted (likewise).";
+
+/// What it does.
+pub const RESTART: &str = "\
+Go on from a checkpoint, as if the run had never ended.
+
+PATH is a checkpoint, or a directory of results, whose newest checkpoint that can be read is taken. Tables, index of \
+frames and solve log are cut back to it and continued; the files end as those of a run in one piece, byte for byte, with \
+any number of threads. A checkpoint is left by a run that is interrupted (Ctrl-C, SIGTERM) or fails, by one that gets \
+SIGUSR1, and as often as the table [checkpoint] of its scene says.
+
+The scene is that of the checkpoint. One that differs is refused with the keys that do, unless forced: then the state \
+goes on, and scheme and solvers begin anew. The keys `time.end`, `output` and `checkpoint` may change.";
+/// How it is used.
+pub const RESTART_EXAMPLES: &str = "\
+Examples:
+  nicolson restart results/beam
+  nicolson restart results/beam --set time.end=2.0
+  nicolson restart results/beam/checkpoints/step-0000000200.safetensors --out results/branch
+  nicolson restart results/beam --out results/finer-steps --set time.step=1e-3 --force
+
+Exit codes: 0 done, 2 no such checkpoint, a damaged or changed one, 3 failed, 130 interrupted.";
 
 /// What it does.
 pub const CHECK: &str = "\
@@ -127,7 +148,7 @@ A study file names a scene and what varies: [grid] (all combinations), [[case]] 
 what was overridden. All scenes are validated before the first of them runs.
 
 Cases whose report says that the very same scene was completed are skipped: start a broken sweep again to go on. A case \
-that fails stops no other; it is run again next time unless --keep-failed is given. At the end the reports are \
+that was interrupted goes on from its checkpoint. One that fails stops no other; it is run again next time unless --keep-failed is given. At the end the reports are \
 collected into cases.csv. With --index N (from 1) only one case is run and nothing is collected: for job arrays, after \
 which `nicolson collect` makes the table.";
 /// How it is used.
@@ -172,3 +193,81 @@ Examples:
   nicolson collect results/dam-break-grid --out table.csv
 
 Exit codes: 0 done, 2 no such study, 3 the disk refused.";
+
+/// What it does.
+pub const NEW: &str = "\
+Write a commented scene to begin with.
+
+Templates are complete: they can be checked and run as they are. Files that exist are never overwritten.";
+/// How it is used.
+pub const NEW_EXAMPLES: &str = "\
+Examples:
+  nicolson new --list
+  nicolson new cantilever
+  nicolson new stl-part parts/hook.toml
+
+Exit codes: 0 done, 2 no such template, or a file that exists, 3 the disk refused.";
+
+/// What it does.
+pub const COMPLETIONS: &str = "\
+Print a script that completes commands, options and files in a shell.
+
+Put it where the shell looks for such scripts, or evaluate it when the shell starts.";
+/// How it is used.
+pub const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  nicolson completions bash
+  nicolson completions zsh
+  nicolson completions fish
+  nicolson completions powershell
+  nicolson completions elvish
+
+Where they go:
+  bash        nicolson completions bash > ~/.local/share/bash-completion/completions/nicolson
+  zsh         nicolson completions zsh > DIR/_nicolson, with DIR in $fpath
+  fish        nicolson completions fish > ~/.config/fish/completions/nicolson.fish
+  powershell  nicolson completions powershell | Out-String | Invoke-Expression
+  elvish      eval (nicolson completions elvish | slurp)";
+
+/// What it does.
+pub const MAN: &str = "\
+Write manual pages, one for the program and one for every command.
+
+They say what `--help` says.";
+/// How it is used.
+pub const MAN_EXAMPLES: &str = "\
+Examples:
+  nicolson man ~/.local/share/man/man1
+
+Exit codes: 0 done, 3 the disk refused.";
+
+/// What it does.
+pub const RESTART: &str = "\
+Go on from a checkpoint as if the run had never ended.
+
+Checkpoints are written as the scene says under [checkpoint], when a run is interrupted or fails, and on SIGUSR1. What \
+follows is bit for bit what an uninterrupted run computes. A scene that has changed is refused with the differences, \
+except for `time.end`, `output` and `checkpoint`, unless --force is given.";
+/// How it is used.
+pub const RESTART_EXAMPLES: &str = "\
+Examples:
+  nicolson restart results/beam
+  nicolson restart results/beam --set time.end=2.0
+  nicolson restart results/beam --out results/beam-again --threads 4
+
+Exit codes: 0 done, 2 no such checkpoint or another scene, 3 failed (results so far on disk), 130 interrupted (likewise).";
+
+/// What it does.
+pub const SCHEMA: &str = "\
+Print the JSON Schema of scenes, with which editors complete and check keys.
+
+Editors with a TOML language server (taplo, Even Better TOML) take it from the first line of a scene: \
+`#:schema ./scene.schema.json`. With --reference a page of Markdown with all keys is printed instead.";
+/// How it is used.
+pub const SCHEMA_EXAMPLES: &str = "\
+Examples:
+  nicolson schema
+  nicolson schema --reference
+
+As a file:
+  $ nicolson schema > scene.schema.json";

@@ -1,4 +1,4 @@
-//! The command line: `run`, `restart`, `check`, `jacobian`, `list`, `sweep` and `collect`, and for results `render`,
+//! The command line: `new`, `run`, `restart`, `check`, `jacobian`, `list`, `sweep` and `collect`, and for results `render`,
 //! `report`, `plot`.
 //!
 //! Every command has a text of what it does and examples in `help.rs`; a test reads both.
@@ -8,10 +8,13 @@
 
 mod check;
 mod collect;
+mod completions;
 mod console;
+mod guard;
 mod help;
 mod jacobian;
 mod list;
+mod new;
 mod plot;
 mod render;
 mod report;
@@ -24,10 +27,11 @@ mod sweep;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 
 use console::complain;
 
+use crate::machine::available_memory;
 use crate::scene::Scene;
 use crate::simulation::{RunError, RunOptions};
 
@@ -50,6 +54,8 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Write a commented scene to begin with.
+    New(new::NewArguments),
     /// Run a scene and write its results.
     #[command(long_about = help::RUN, after_long_help = help::RUN_EXAMPLES)]
     Run {
@@ -113,6 +119,10 @@ enum Command {
         #[arg(default_value = "examples")]
         directory: PathBuf,
     },
+    /// Print a script that completes commands, options and files in a shell.
+    Completions(completions::CompletionsArguments),
+    /// Write manual pages.
+    Man(completions::ManArguments),
 }
 
 #[derive(Debug, Args)]
@@ -126,6 +136,9 @@ struct SceneArguments {
     /// Number of threads [default: all cores]. Results do not depend on it.
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
+    /// Go on even if the scene seems to need more memory than there is.
+    #[arg(long)]
+    ignore_memory: bool,
 }
 
 /// Runs the command line and returns the exit code.
@@ -143,6 +156,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     match parsed.command {
         Command::Run { scene, out, quiet, solve_report, solve_log } => on_scene(&scene, |loaded| {
             let directory = out.unwrap_or_else(|| default_directory(&scene.scene));
+            let written = [solve_log.as_deref()];
+            if let Err(error) = guard::spares(loaded, &written).and_then(|()| guard::spares_directory(loaded, &directory)) {
+                return refuse(&error);
+            }
             let options =
                 RunOptions { directory: Some(directory), command: command.join(" "), ..RunOptions::default() };
             run::run_scene(loaded, None, options, run::Listening { quiet, solve_report, solve_log })
@@ -150,10 +167,16 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Restart(arguments) => restart::restart(arguments, command.join(" ")),
         Command::Check { scene, preview } => {
             let preview = preview.map(|path| path.unwrap_or_else(|| default_preview(&scene.scene)));
-            on_scene(&scene, |loaded| check::check(loaded, preview.as_deref()))
+            on_scene(&scene, |loaded| match guard::spares(loaded, &[preview.as_deref()]) {
+                Ok(()) => check::check(loaded, preview.as_deref()),
+                Err(error) => refuse(&error),
+            })
         }
         Command::Jacobian { scene, json, export_tangent } => {
-            on_scene(&scene, |loaded| jacobian::jacobian(loaded, json, export_tangent.as_deref()))
+            on_scene(&scene, |loaded| match guard::spares(loaded, &[export_tangent.as_deref()]) {
+                Ok(()) => jacobian::jacobian(loaded, json, export_tangent.as_deref()),
+                Err(error) => refuse(&error),
+            })
         }
         Command::Render(arguments) => render::render(arguments),
         Command::Plot(arguments) => plot::plot(arguments),
@@ -162,6 +185,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Collect(arguments) => collect::run_collect(&arguments),
         Command::Schema(arguments) => schema::schema(&arguments),
         Command::List { directory } => list::list(&directory),
+        Command::New(arguments) => new::run_new(&arguments),
+        Command::Completions(arguments) => completions::completions(&arguments, Arguments::command()),
+        Command::Man(arguments) => completions::man(&arguments, &Arguments::command()),
     }
 }
 
@@ -169,7 +195,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 fn on_scene(arguments: &SceneArguments, then: impl FnOnce(&Scene) -> u8 + Send) -> u8 {
     let Ok(overrides) = overrides(&arguments.overrides) else { return WRONG_INPUT };
     let scene = match Scene::read(&arguments.scene, &overrides) {
-        Ok(scene) => scene,
+        Ok(mut scene) => {
+            scene.limit_memory(if arguments.ignore_memory { None } else { available_memory() });
+            scene
+        }
         Err(errors) => {
             complain(&errors.to_string());
             return WRONG_INPUT;
@@ -206,6 +235,12 @@ fn in_pool(threads: Option<usize>, then: impl FnOnce() -> u8 + Send) -> u8 {
     }
 }
 
+/// Prints why nothing is done.
+fn refuse(message: &str) -> u8 {
+    complain(message);
+    WRONG_INPUT
+}
+
 /// `results/NAME` for `path/to/NAME.toml`.
 fn default_directory(scene: &std::path::Path) -> PathBuf {
     PathBuf::from("results").join(scene.file_stem().unwrap_or_default())
@@ -222,4 +257,49 @@ fn default_preview(scene: &std::path::Path) -> PathBuf {
 fn report_error(error: &RunError) -> u8 {
     complain(&error.to_string());
     if error.is_input() { WRONG_INPUT } else { FAILED }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{CommandFactory, Parser};
+
+    use super::Arguments;
+
+    /// The words of a command line, with texts in quotes as one word each.
+    fn words(line: &str) -> Vec<String> {
+        let line = line.replace("$SLURM_ARRAY_TASK_ID", "3").replace("$SLURM_CPUS_PER_TASK", "2");
+        let quoted = line.split('\'').enumerate();
+        let split = |(at, part): (usize, &str)| match at % 2 {
+            0 => part.split_whitespace().map(str::to_owned).collect(),
+            _ => vec![part.to_owned()],
+        };
+        quoted.flat_map(split).collect()
+    }
+
+    #[test]
+    fn every_command_says_what_it_does_and_its_examples_are_understood() {
+        let program = Arguments::command();
+        for command in std::iter::once(&program).chain(program.get_subcommands()) {
+            let name = command.get_name();
+            let help = command.get_after_long_help().map(ToString::to_string).unwrap_or_default();
+            assert!(help.contains("Examples:\n"), "{name}: no examples in src/cli/help.rs");
+            if name != "nicolson" {
+                let about = command.get_long_about().map(ToString::to_string).unwrap_or_default();
+                assert!(about.ends_with('.'), "{name}: no text in src/cli/help.rs");
+            }
+            let lines: Vec<&str> = help
+                .lines()
+                .filter_map(|line| line.strip_prefix("  "))
+                .filter(|line| line.starts_with("nicolson "))
+                .collect();
+            assert!(!lines.is_empty(), "{name}: no example begins with `  nicolson `");
+            for line in lines {
+                // What follows wide blanks is a comment.
+                let line = line.split("   ").next().unwrap_or_default();
+                let words = words(line);
+                assert!(name == "nicolson" || words[1] == name, "{line}: an example of {name}");
+                assert!(Arguments::try_parse_from(&words).is_ok(), "{line} is not understood");
+            }
+        }
+    }
 }

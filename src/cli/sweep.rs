@@ -82,10 +82,10 @@ pub fn run_study(arguments: &SweepArguments, command: String) -> u8 {
         list(&study, &cases, &directory, arguments.keep_failed);
         return DONE;
     }
-    let interrupt = listen().interrupt;
+    let signals = listen();
     let mut teller = Teller::new(&study, cases.len(), quiet);
     let options = SweepOptions { directory, jobs, threads, keep_failed: arguments.keep_failed, command };
-    let summary = match sweep(&study, &cases, &options, &mut |event| teller.hear(event), &interrupt) {
+    let summary = match sweep(&study, &cases, &options, &mut |event| teller.hear(event), &signals.interrupt) {
         Ok(summary) => summary,
         // Nothing was computed.
         Err(error @ (OutputError::NotADirectory { .. } | OutputError::File { .. })) => {
@@ -137,7 +137,7 @@ fn list(study: &Study, cases: &[ReadyCase], directory: &Path, keep_failed: bool)
             CaseState::Completed => "skip: completed",
             CaseState::Failed if keep_failed => "leave: failed",
             CaseState::Failed => "run again: failed",
-            CaseState::Interrupted => "run again: interrupted",
+            CaseState::Interrupted => "go on: interrupted",
             CaseState::Outdated => "run again: results of another scene",
             CaseState::Missing => "run",
         };

@@ -5,6 +5,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::stencils::{Runs, TILE, gather, spread};
+use super::weights::Weights;
 use super::{BalanceReport, DiscretisationError, KernelCorrection, Neighbourhood, balance};
 use crate::kernel;
 use crate::setup::{Body, Particles, WeightChoice};
@@ -15,8 +16,8 @@ use crate::tensor::{Tensor, Vector};
 pub struct Gradient<const D: usize> {
     /// Who interacts with whom.
     pub neighbourhood: Neighbourhood,
-    /// `g_ab` for every entry, 1/m.
-    pub weights: Vec<Vector<D>>,
+    /// `g_ab`, 1/m.
+    pub weights: Weights<D>,
     /// What balancing did, for every body that asked for it.
     pub balance: Vec<BalanceReport>,
     /// Particles with the same row as those beside them, for the operator and for its transpose.
@@ -68,6 +69,7 @@ impl<const D: usize> Gradient<D> {
                 .collect::<Result<_, _>>()?;
             parts.iter().for_each(|part| weights.extend_from_slice(part));
         }
+        let weights = Weights::of_entries(weights, &neighbourhood);
         let (runs, transposed_runs) = (Runs::default(), Runs::default());
         let mut gradient = Self { neighbourhood, weights, balance: Vec::new(), runs, transposed_runs };
         for body in bodies {
@@ -89,13 +91,14 @@ impl<const D: usize> Gradient<D> {
             gradient.balance.push(report);
         }
         gradient.find_runs(bodies, positions);
+        gradient.weights.share(&gradient.neighbourhood);
         Ok(gradient)
     }
 
     /// Finds what repeats, and makes it equal to the bit.
     fn find_runs(&mut self, bodies: &[Body], positions: &[Vector<D>]) {
         let rows = &self.neighbourhood;
-        let weights = &self.weights;
+        let weights = self.weights.entries_mut();
         // A weight is about as steep as it is large over the spacing.
         let tolerances: Vec<(usize, f64)> = bodies
             .iter()
@@ -113,11 +116,11 @@ impl<const D: usize> Gradient<D> {
             let Some(stencil) = stencil else { continue };
             for a in piece {
                 for (entry, (_, weight)) in rows.row(a).zip(&stencil.entries) {
-                    self.weights[entry] = Vector::from(*weight);
+                    weights[entry] = Vector::from(*weight);
                 }
             }
         }
-        let weights = &self.weights;
+        let weights = &*weights;
         self.transposed_runs = if self.runs.covered() == 0 {
             Runs::none(rows.len())
         } else {
@@ -152,12 +155,23 @@ impl<const D: usize> Gradient<D> {
         }
     }
 
+    /// Weights of a particle's row, in the order of its neighbours.
+    #[inline(always)]
+    pub fn weights_of(&self, a: usize) -> &[Vector<D>] {
+        self.weights.row(a, self.neighbourhood.row(a))
+    }
+
+    /// `g_ba` of the entry (a, b).
+    #[inline(always)]
+    pub fn transposed_weight(&self, entry: usize) -> &Vector<D> {
+        self.weights.at(self.neighbourhood.neighbour(entry), self.neighbourhood.twin(entry))
+    }
+
     /// Columns of the gradient of a field at a particle.
     #[inline(always)]
     fn columns_of(&self, a: usize, field: &[f64]) -> [[f64; D]; D] {
         let mut sums = [[0.0; D]; D];
-        let row = self.neighbourhood.row(a);
-        for (&b, weight) in self.neighbourhood.of(a).iter().zip(&self.weights[row]) {
+        for (&b, weight) in self.neighbourhood.of(a).iter().zip(self.weights_of(a)) {
             let b = b as usize * D;
             let Some(value) = field.get(b..).and_then(|rest| rest.first_chunk::<D>()) else { continue };
             for d in 0..D {
@@ -197,7 +211,7 @@ impl<const D: usize> Gradient<D> {
     fn transposed_columns_of(&self, a: usize, columns: &[Vec<f64>; D]) -> [f64; D] {
         let mut sums = [0.0; D];
         for (&b, &twin) in self.neighbourhood.of(a).iter().zip(self.neighbourhood.twins_of(a)) {
-            let weight = &self.weights[twin as usize];
+            let weight = self.weights.at(b as usize, twin as usize);
             let b = b as usize * D;
             for d in 0..D {
                 let Some(value) = columns[d].get(b..).and_then(|rest| rest.first_chunk::<D>()) else { continue };
@@ -222,7 +236,7 @@ impl<const D: usize> Gradient<D> {
     pub fn transposed_of(&self, a: usize, field: &[Tensor<D>]) -> Vector<D> {
         let mut sum = Vector::zeros();
         for (&b, &twin) in self.neighbourhood.of(a).iter().zip(self.neighbourhood.twins_of(a)) {
-            let (tensor, weight) = (&field[b as usize], &self.weights[twin as usize]);
+            let (tensor, weight) = (&field[b as usize], self.weights.at(b as usize, twin as usize));
             for d in 0..D {
                 for i in 0..D {
                     sum[i] += weight[d] * tensor[(i, d)];

@@ -16,12 +16,14 @@ mod correction;
 mod gradient;
 mod neighbours;
 mod stencils;
+mod weights;
 
 pub use balance::BalanceReport;
 pub(crate) use balance::face_shares;
 pub use correction::{KernelCorrection, least_squares_weights};
 pub use gradient::{BLOCK, Columns, Gradient, plain_slope};
 pub use neighbours::Neighbourhood;
+pub use weights::Weights;
 
 /// Why a cloud cannot be discretised: where, why, and what helps.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

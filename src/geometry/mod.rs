@@ -9,6 +9,7 @@
 
 mod assemble;
 mod clip;
+mod curve;
 mod cut;
 mod faces;
 mod lattice;
@@ -27,6 +28,7 @@ mod volumes;
 mod vtu;
 
 pub use assemble::CutReport;
+pub use curve::number_along_curve;
 pub use cut::{CutError, CutLattice};
 pub use faces::read_faces;
 pub use lattice::{BoxLattice, LatticeError, Layout, Layouts};

@@ -4,6 +4,7 @@
 //! are compared with its length before anything is allocated.
 
 use std::io::Read;
+use std::ops::Range;
 
 use super::points::PointError;
 
@@ -68,12 +69,11 @@ pub fn read_vtu(bytes: &[u8]) -> Result<VtuPoints, PointError> {
     };
     let mut found = VtuPoints::default();
     let mut places = None;
+    let (places_at, fields_at) = (section(&header, "Points"), section(&header, "PointData"));
     for (start, array) in arrays(&header) {
-        let before = &header[..start];
-        let within = |name: &str| before.rfind(&format!("<{name}")) > before.rfind(&format!("</{name}"));
-        let is_points = within("Points");
+        let is_points = places_at.contains(&start);
         let name = attribute(array, "Name").unwrap_or_default();
-        let is_volume = within("PointData") && VOLUMES.contains(&name);
+        let is_volume = fields_at.contains(&start) && VOLUMES.contains(&name);
         if !is_points && !is_volume {
             continue;
         }
@@ -98,6 +98,13 @@ pub fn read_vtu(bytes: &[u8]) -> Result<VtuPoints, PointError> {
 fn tag<'a>(text: &'a str, name: &str) -> Option<&'a str> {
     let start = text.find(&format!("<{name}"))?;
     text[start..].split_once('>').map(|(tag, _)| tag)
+}
+
+/// Where the first element of that name begins and ends.
+fn section(text: &str, name: &str) -> Range<usize> {
+    let start = text.find(&format!("<{name}")).unwrap_or(text.len());
+    let length = text[start..].find(&format!("</{name}")).unwrap_or(text.len() - start);
+    start..start + length
 }
 
 /// All tags of arrays with their places.

@@ -100,8 +100,7 @@ impl<const D: usize> Model<D> {
         let moduli: Vec<f64> = laws.iter().map(|law| law.hourglass_modulus()).collect();
         let hourglass = Hourglass::build(&setup.bodies, &setup.particles, &gradient.neighbourhood, &moduli, &masses);
         let neighbourhood = &gradient.neighbourhood;
-        let reach =
-            (0..count).map(|a| neighbourhood.row(a).map(|entry| gradient.weights[entry].norm()).sum()).collect();
+        let reach = (0..count).map(|a| gradient.weights_of(a).iter().map(|weight| weight.norm()).sum()).collect();
         let positions = &setup.particles.positions;
         let smallest_distance = (0..count)
             .flat_map(|a| neighbourhood.of(a).iter().map(move |&b| (a, b as usize)))

@@ -48,7 +48,7 @@ impl<const D: usize> Model<D> {
         let mut direct = Tensor::<D>::zeros();
         for entry in near.row(a) {
             let c = near.neighbour(entry);
-            let weight = &self.gradient.weights[near.twin(entry)];
+            let weight = self.gradient.transposed_weight(entry);
             let tangent = frozen.stress.at(c);
             for i in 0..D {
                 for j in 0..D {
@@ -70,10 +70,10 @@ impl<const D: usize> Model<D> {
             }
         }
         if let Some(control) = self.active_hourglass() {
-            let own = &self.gradient.weights[near.own_entry(a)];
+            let own = self.gradient.weights.at(a, near.own_entry(a));
             let mut sum = 0.0;
             for (entry, (c, k, separation)) in near.row(a).zip(control.pairs(a, near)) {
-                let weight = &self.gradient.weights[near.twin(entry)];
+                let weight = self.gradient.transposed_weight(entry);
                 // ½ Σ_b k_cb (g_ca·X_cb − δ_ab + δ_ac)²
                 sum += weight.dot(&(spread[c] * weight));
                 if c != a {

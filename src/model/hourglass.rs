@@ -82,7 +82,7 @@ impl<const D: usize> Model<D> {
         let own: Vector<D> = control.pairs(a, near).map(|(_, k, separation)| separation * (0.5 * k)).sum();
         // The rows of a and of its neighbours belong to one body: pairs are missing for all of them or for none.
         for (entry, (c, k, separation)) in near.row(a).zip(control.pairs(a, near)) {
-            let transposed = self.gradient.weights[near.twin(entry)];
+            let transposed = *self.gradient.transposed_weight(entry);
             let mut through = if c == a { -own } else { separation * (-0.5 * k) };
             add(&mut 0, a, -k);
             let (mut total, mut at) = (0.0, 0);
@@ -94,7 +94,7 @@ impl<const D: usize> Model<D> {
             }
             add(&mut 0, c, k - total);
             at = 0;
-            for (&e, weight) in near.of(c).iter().zip(&self.gradient.weights[near.row(c)]) {
+            for (&e, weight) in near.of(c).iter().zip(self.gradient.weights_of(c)) {
                 add(&mut at, e as usize, through.dot(weight));
             }
         }

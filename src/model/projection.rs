@@ -139,7 +139,7 @@ impl<const D: usize> Model<D> {
         local.active.clear();
         for entry in self.gradient.neighbourhood.row(c) {
             let b = self.gradient.neighbourhood.neighbour(entry);
-            let weight = &self.gradient.weights[entry];
+            let weight = self.gradient.weights.at(c, entry);
             for (node, value) in tents.at(b).iter() {
                 let i = places[node] as usize;
                 if !local.active.contains(&i) {

@@ -184,8 +184,8 @@ impl<const D: usize> Model<D> {
         for (local, entry) in near.row(a).enumerate() {
             let c = near.neighbour(entry);
             let point = frozen.particles.get(c);
-            let transposed = self.gradient.weights[near.twin(entry)];
-            let weights = &self.gradient.weights[near.row(c)];
+            let transposed = *self.gradient.transposed_weight(entry);
+            let weights = self.gradient.weights_of(c);
             let (inner, others) = rest.split_at(weights.len());
             rest = others;
             let mut b = contracted(&frozen.stress.at(c), &(transposed * -row.scale[0]));
@@ -228,7 +228,7 @@ impl<const D: usize> Model<D> {
         row.unlisted = unlisted;
         if mixed && self.terms.volume_rate {
             let cofactor = &frozen.particles[a].point.cofactor;
-            for (&e, weight) in near.of(a).iter().zip(&self.gradient.weights[near.row(a)]) {
+            for (&e, weight) in near.of(a).iter().zip(self.gradient.weights_of(a)) {
                 row.volume[row.place[e as usize] as usize].rate_by_velocity += cofactor * weight;
             }
         }

@@ -102,7 +102,9 @@ impl Axis {
         let (first, last) = (low.ceil() as i32, high.floor() as i32);
         if last - first < 1 {
             // Hardly a decade: powers of ten alone would leave the axis bare.
-            axis.set_linear_ticks(10f64.powf(low), 10f64.powf(high), TICKS);
+            if !axis.set_ticks_125() {
+                axis.set_linear_ticks(10f64.powf(low), 10f64.powf(high), TICKS);
+            }
             return axis;
         }
         let wanted = f64::from(last - first) / TICKS;
@@ -122,6 +124,23 @@ impl Axis {
             }
         }
         axis
+    }
+
+    /// Ticks at 1, 2 and 5 times powers of ten on a logarithmic axis, if there are enough of them.
+    fn set_ticks_125(&mut self) -> bool {
+        let powers = self.low.floor() as i32..=self.high.floor() as i32;
+        let values = powers.flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * 10f64.powi(power)));
+        let values: Vec<f64> = values.filter(|value| (self.low..=self.high).contains(&value.log10())).collect();
+        let Some(&largest) = values.last().filter(|_| values.len() >= 4) else { return false };
+        self.exponent = if (1e-2..1e5).contains(&largest) { 0 } else { largest.log10().floor() as i32 };
+        for value in values {
+            let shown = value * 10f64.powi(-self.exponent);
+            let decimals = (0.01 - shown.log10()).ceil().max(0.0) as usize;
+            if let Some(place) = self.place(value) {
+                self.ticks.push(Tick { place: place.clamp(0.0, 1.0), label: Label::Text(decimal(shown, decimals)) });
+            }
+        }
+        true
     }
 
     /// Ticks at round values between `low` and `high`, which are values also on a logarithmic axis.
@@ -225,6 +244,10 @@ mod tests {
         assert_eq!(axis.place(1e-5).map(|place| (place * 1e9).round()), Some(0.5e9));
         assert_eq!(axis.place(0.0), None);
         assert!(Axis::new([2.0, 7.0].into_iter(), true, 0.0).ticks.len() > 3);
+        let axis = Axis::new([3e-4, 9e-3].into_iter(), true, 0.0);
+        assert_eq!((labels(&axis).join(" "), axis.exponent), ("0.5 1 2 5".to_owned(), -3));
+        let axis = Axis::new([0.03, 0.6].into_iter(), true, 0.0);
+        assert_eq!((labels(&axis).join(" ").as_str(), axis.exponent), ("0.05 0.1 0.2 0.5", 0));
         assert!(Axis::new([1e-300, 1e300].into_iter(), true, 0.0).ticks.len() < 10);
     }
 

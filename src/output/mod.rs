@@ -57,7 +57,7 @@ mod vtu;
 pub use atomic::{prepare_directory, sweep_partial_files, write_atomically};
 pub use colour::ColourMap;
 pub use comparison::Comparison;
-pub use container::{read_container, write_container};
+pub use container::{parse_container, read_container, write_container};
 pub use curve::Style;
 pub use error::OutputError;
 pub use history::{HistoryColumns, ProbeColumns};

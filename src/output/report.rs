@@ -4,7 +4,6 @@
 //! that is not finite becomes `null` (JSON has no other way), and a warning says which.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -19,6 +18,9 @@ use crate::setup::GeometryRecord;
 
 /// Name of the report inside the output directory.
 pub const REPORT_FILE: &str = "report.json";
+
+/// Largest report that is read, bytes.
+const LARGEST: u64 = 1 << 30;
 
 /// The content of `report.json`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -93,7 +95,7 @@ impl Report {
     /// [`OutputError::File`] if there is none, [`OutputError::Malformed`] if it is not a report.
     pub fn read(directory: &Path) -> Result<Self, OutputError> {
         let path = directory.join(REPORT_FILE);
-        let text = fs::read_to_string(&path).map_err(OutputError::file("read the report", &path))?;
+        let text = crate::files::read_text(&path, LARGEST).map_err(OutputError::file("read the report", &path))?;
         serde_json::from_str(&text).map_err(|error| OutputError::Malformed { path, reason: error.to_string() })
     }
 
@@ -134,6 +136,8 @@ fn collect_nulls(value: &Value, place: String, found: &mut Vec<String>) {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn keys(value: &Value) -> Vec<&str> {

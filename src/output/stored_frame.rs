@@ -3,7 +3,6 @@
 //! Only this program's own form of the VTU format: vertices, arrays appended raw in zlib blocks behind 64-bit
 //! headers. Every length is checked before anything of that size is made, so a damaged file is an error and no more.
 
-use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -13,6 +12,8 @@ use super::OutputError;
 
 /// Where the appended arrays begin.
 const APPENDED: &[u8] = b"<AppendedData encoding=\"raw\">";
+/// Largest frame that is read, bytes.
+const LARGEST: u64 = 1 << 34;
 /// Most components of an array.
 const MOST_COMPONENTS: usize = 9;
 
@@ -55,7 +56,7 @@ impl StoredFrame {
     /// [`OutputError::Unreadable`] if the file cannot be read, [`OutputError::Malformed`] if it is not a whole frame
     /// of this program.
     pub fn read(path: &Path) -> Result<Self, OutputError> {
-        let bytes = fs::read(path).map_err(OutputError::unreadable("the frame", path))?;
+        let bytes = crate::files::read(path, LARGEST).map_err(OutputError::unreadable("the frame", path))?;
         Self::parse(path, bytes)
     }
 
@@ -222,6 +223,7 @@ pub(super) fn unescaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use std::borrow::Cow;
+    use std::fs;
 
     use super::super::{Frame, OutOfPlane, Precision, Tensor};
     use super::*;

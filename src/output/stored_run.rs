@@ -8,9 +8,12 @@ use serde_json::Value;
 use super::particle_sizes::uncut;
 use super::stored_frame::{StoredFrame, unescaped};
 use super::{OutputError, REPORT_FILE};
+use crate::files;
 
 /// The index of the frames.
 const INDEX: &str = "fields.pvd";
+/// Largest index or report that is read, bytes.
+const LARGEST: u64 = 1 << 30;
 /// The field that tells the size of particles.
 const VOLUME: &str = "volume";
 
@@ -34,7 +37,7 @@ impl StoredRun {
     /// [`OutputError::Unreadable`] if there is no such directory, [`OutputError::Request`] if it has no frames,
     /// [`OutputError::Malformed`] if the first frame is damaged.
     pub fn open(directory: &Path) -> Result<Self, OutputError> {
-        let frames = match fs::read_to_string(directory.join(INDEX)) {
+        let frames = match files::read_text(&directory.join(INDEX), LARGEST) {
             Ok(index) => indexed(directory, &index),
             Err(_) => found(directory)?,
         };
@@ -158,7 +161,7 @@ fn flat_dimension(positions: &[f64]) -> usize {
 /// [`OutputError::Malformed`] if it is not JSON.
 pub(super) fn report_of(directory: &Path) -> Result<Option<Value>, OutputError> {
     let path = directory.join(REPORT_FILE);
-    match fs::read_to_string(&path) {
+    match files::read_text(&path, LARGEST) {
         Err(_) => Ok(None),
         Ok(text) => serde_json::from_str(&text)
             .map(Some)

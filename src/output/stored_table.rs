@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 use super::OutputError;
 use super::quantity::remedy;
 
+/// Largest table that is read, bytes.
+const LARGEST: u64 = 1 << 32;
+
 /// Columns of numbers with names.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StoredTable {
@@ -19,7 +22,7 @@ impl StoredTable {
     /// # Errors
     /// [`OutputError::Unreadable`] if there is none, [`OutputError::Malformed`] if it is not a table of numbers.
     pub fn read(path: &Path) -> Result<Self, OutputError> {
-        Self::parse(path, &std::fs::read(path).map_err(OutputError::unreadable("the table", path))?)
+        Self::parse(path, &crate::files::read(path, LARGEST).map_err(OutputError::unreadable("the table", path))?)
     }
 
     /// Reads a table from the bytes of a file; `path` stands in messages.

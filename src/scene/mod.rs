@@ -43,7 +43,8 @@ mod overrides;
 mod read;
 pub mod schema;
 pub mod settings;
-pub(crate) mod source;
+pub(crate) mod sizes;
+mod source;
 mod times;
 mod units;
 
@@ -51,15 +52,20 @@ use std::path::{Path, PathBuf};
 
 pub use difference::differences;
 pub use errors::{SceneError, SceneErrors};
+pub use sizes::{BodySize, Refusal};
 
 use crate::setup::Setup;
 use document::Document;
 use findings::Findings;
 use settings::{CheckpointSettings, LinearSettings, NewtonSettings, OutputSettings, TimeSettings};
+use sizes::{Accept, at_most, few};
 use source::Source;
 
 /// Most particles that [`Scene::setup`] makes.
 pub const MOST_PARTICLES: usize = 200_000_000;
+
+/// Largest scene file, bytes.
+const LARGEST_FILE: u64 = 1 << 24;
 
 /// A scene whose text is understood and whose settings are checked.
 #[derive(Debug, Clone)]
@@ -82,6 +88,7 @@ pub struct Scene {
     effective: String,
     base: PathBuf,
     warnings: Vec<String>,
+    memory: Option<u64>,
 }
 
 impl Scene {
@@ -91,7 +98,7 @@ impl Scene {
     /// All mistakes found, with their places.
     pub fn read(path: &Path, overrides: &[(String, String)]) -> Result<Self, SceneErrors> {
         let name = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|error| {
+        let bytes = crate::files::read(path, LARGEST_FILE).map_err(|error| {
             let remedy = "check the path and the permissions of the scene file";
             SceneErrors::new(vec![SceneError::of_file(&name, format!("the scene cannot be read: {error}"), remedy)])
         })?;
@@ -121,11 +128,11 @@ impl Scene {
             findings.error(document.dimension.span(), message, "choose 1, 2 or 3");
         }
         if findings.count() > 0 {
-            // Only for what else is wrong.
+            // Only for what else is wrong, if that costs little.
             match dimension {
-                1 => drop(build::build::<1>(&document, base, MOST_PARTICLES, &mut findings)),
-                2 => drop(build::build::<2>(&document, base, MOST_PARTICLES, &mut findings)),
-                3 => drop(build::build::<3>(&document, base, MOST_PARTICLES, &mut findings)),
+                1 => drop(build::build::<1>(&document, base, &few, &mut findings)),
+                2 => drop(build::build::<2>(&document, base, &few, &mut findings)),
+                3 => drop(build::build::<3>(&document, base, &few, &mut findings)),
                 _ => {}
             }
         }
@@ -148,7 +155,19 @@ impl Scene {
             effective,
             base: base.to_owned(),
             warnings,
+            memory: None,
         })
+    }
+
+    /// Lets a run that would need more memory than this, bytes, be refused before any is taken; `None` for no limit, as at
+    /// first. See [`crate::machine::available_memory`].
+    pub fn limit_memory(&mut self, limit: Option<u64>) {
+        self.memory = limit;
+    }
+
+    /// Bytes of memory that a run may need.
+    pub fn memory_limit(&self) -> Option<u64> {
+        self.memory
     }
 
     /// Number of dimensions: 1, 2 or 3. The argument that [`Scene::setup`] wants.
@@ -190,11 +209,27 @@ impl Scene {
     /// # Errors
     /// As for [`Scene::setup`].
     pub fn setup_within<const D: usize>(&self, most_particles: usize) -> Result<(Setup<D>, Vec<String>), SceneErrors> {
+        self.build(&at_most(most_particles))
+    }
+
+    /// [`Scene::setup`] if it is accepted, which is asked before any particles are made.
+    ///
+    /// # Errors
+    /// As for [`Scene::setup`], and the refusal.
+    pub fn setup_if<const D: usize>(
+        &self,
+        accept: &dyn Fn(&[BodySize]) -> Result<(), Refusal>,
+    ) -> Result<(Setup<D>, Vec<String>), SceneErrors> {
+        let few_enough = at_most(MOST_PARTICLES);
+        self.build(&|bodies| few_enough(bodies).and_then(|()| accept(bodies)))
+    }
+
+    fn build<const D: usize>(&self, accept: &Accept<'_>) -> Result<(Setup<D>, Vec<String>), SceneErrors> {
         let mut findings = Findings::new(&self.source);
         findings.units = self.document.units;
         let mut setup = None;
         if D == self.dimension {
-            setup = build::build::<D>(&self.document, &self.base, most_particles, &mut findings);
+            setup = build::build::<D>(&self.document, &self.base, accept, &mut findings);
         } else {
             let message = format!("the scene has {} dimension(s), the computation {D}", self.dimension);
             findings.error(self.document.dimension.span(), message, "set up the scene in its own dimension");

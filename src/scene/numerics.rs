@@ -7,6 +7,9 @@ use super::settings::{
     Unknowns,
 };
 
+/// More frames than that are never looked at, and their index alone would fill the disk.
+const MOST_FRAMES: f64 = 1e6;
+
 /// `[newton]`.
 pub(super) fn newton(document: &Document, findings: &mut Findings<'_>) -> NewtonSettings {
     let text = &document.newton;
@@ -132,6 +135,13 @@ pub(super) fn output(document: &Document, findings: &mut Findings<'_>) -> Output
         let end = document.time.as_ref().map(|time| time.get_ref().end.get_ref().value());
         if end.is_some_and(|end| value > end) {
             findings.warning(interval.span(), format!("the interval {value} is longer than the computation"));
+        }
+        if let Some(end) = end.filter(|end| end / value > MOST_FRAMES) {
+            findings.error(
+                interval.span(),
+                format!("an interval of {value} s makes {:.1e} frames, more than {MOST_FRAMES:e}", end / value),
+                "give a longer interval",
+            );
         }
         Some(value)
     });

@@ -7,9 +7,10 @@ use std::ops::Range;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike, Value};
+use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 
 use super::findings::{Findings, Span};
+use crate::expression::closest;
 
 /// One override, taken apart.
 struct Override<'a> {
@@ -185,7 +186,7 @@ fn set(table: &mut dyn TableLike, path: &[&str], depth: usize, value: &Value) ->
         Some(Item::Table(inner)) => set(inner, path, depth + 1, value),
         Some(Item::ArrayOfTables(list)) => {
             let length = list.len();
-            let index = element(path, depth + 1, length)?;
+            let index = element(path, depth + 1, length).map_err(|misfit| named(misfit, list, path))?;
             let Some(inner) = list.get_mut(index) else { return Err(outside(path, depth + 1, length)) };
             if depth + 2 < path.len() {
                 return set(inner, path, depth + 2, value);
@@ -235,6 +236,18 @@ fn element(path: &[&str], part: usize, length: usize) -> Result<usize, Misfit> {
         message: format!("`{}` is a list: `{}` is not the index of an element", path[..part].join("."), path[part]),
         remedy: format!("name an element, such as `{}.0`; there are {length}", path[..part].join(".")),
     })
+}
+
+/// Adds the index of the element with that name, or one like it, to the remedy.
+fn named(mut misfit: Misfit, list: &ArrayOfTables, path: &[&str]) -> Misfit {
+    let names: Vec<&str> =
+        list.iter().map(|table| table.get("name").and_then(Item::as_str).unwrap_or_default()).collect();
+    let near = closest(path[misfit.part], names.iter().copied().filter(|name| !name.is_empty()));
+    if let Some(index) = near.and_then(|near| names.iter().position(|name| *name == near)) {
+        let list = path[..misfit.part].join(".");
+        misfit.remedy = format!("did you mean `{list}.{index}`, which is named '{}'? {}", names[index], misfit.remedy);
+    }
+    misfit
 }
 
 fn outside(path: &[&str], part: usize, length: usize) -> Misfit {

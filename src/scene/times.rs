@@ -115,7 +115,19 @@ fn is_explicit(text: &TimeText) -> bool {
 fn step(time: &Spanned<TimeText>, findings: &mut Findings<'_>) -> Option<StepChoice> {
     let text = time.get_ref();
     match (&text.step, &text.cfl) {
-        (Some(step), None) => findings.positive(step, "step").map(StepChoice::Fixed),
+        (Some(step), None) => {
+            let value = findings.positive(step, "step")?;
+            let end = *text.end.get_ref();
+            if value < end * f64::EPSILON {
+                findings.error(
+                    step.span(),
+                    format!("a step of {value:e} s is lost in rounding before the end at {end} s"),
+                    "give a larger step",
+                );
+                return None;
+            }
+            Some(StepChoice::Fixed(value))
+        }
         (None, Some(cfl)) => {
             if chosen(text) == SchemeText::Static {
                 findings.error(cfl.span(), "the scheme `static` has no waves, hence no CFL number", "give `step`");

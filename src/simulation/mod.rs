@@ -5,6 +5,7 @@
 //! disk. An error of [`run`] means that nothing was computed, or that the disk refused. [`restart`] goes on from a
 //! [`Checkpoint`] as if the run had never ended.
 
+mod account;
 mod amplification;
 mod checkpoint;
 mod choices;
@@ -14,6 +15,7 @@ pub mod diagnostics;
 mod frames;
 mod keeper;
 mod ledger;
+mod memory;
 mod preload;
 mod prepare;
 mod probes;

@@ -3,7 +3,7 @@
 use nicolson_solvers::nonlinear::NewtonSolver;
 use nicolson_solvers::time::{Retries, Scheme, StageSystem, StepFailure, Stepper, System, TimeState};
 
-use super::{RunError, amplification, choices, preload};
+use super::{RunError, amplification, choices, memory, preload};
 use crate::model::{CheckPoint, Model, Ramp};
 use crate::scene::Scene;
 use crate::scene::settings::{self, StepChoice};
@@ -50,12 +50,27 @@ pub struct Forecast {
     pub linear: bool,
 }
 
+/// What memory is taken for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Counts {
+    pub particles: f64,
+    /// Entries of the lists of neighbours.
+    pub pairs: f64,
+    pub unknowns: f64,
+    /// Entries of the tangent; 0 where it is not assembled.
+    pub entries: f64,
+    pub hourglass_entries: f64,
+    pub upwind: bool,
+    pub implicit: bool,
+    pub assembled: bool,
+}
+
 /// Builds model, initial state and stepper of a scene.
 ///
 /// # Errors
 /// [`RunError`] for an impossible scene.
 pub fn prepare<const D: usize>(scene: &Scene) -> Result<Prepared<D>, RunError> {
-    let (mut setup, mut warnings) = scene.setup::<D>()?;
+    let (mut setup, mut warnings) = scene.setup_if::<D>(&|bodies| memory::bearable::<D>(scene, bodies))?;
     let time = &scene.time;
     if time.scheme == settings::Scheme::EnergyMomentum {
         // Its step evolves J exactly and at no cost, and with more digits than a determinant after large shear.
@@ -216,8 +231,10 @@ impl<const D: usize> Prepared<D> {
         let implicit = self.stepper.scheme().is_implicit();
         let assembled = implicit && !scene.linear.is_matrix_free();
         let entries = if assembled { model.pattern_entries() } else { 0 };
+<<<<<<< HEAD
         let tensor = (D * D * 8) as f64;
-        let mut memory = pairs * (8.0 + 8.0 * D as f64) + particles as f64 * (5.0 * tensor + 200.0);
+        let weights = model.gradient().weights.stored() as f64;
+        let mut memory = pairs * 8.0 + weights * 8.0 * D as f64 + particles as f64 * (5.0 * tensor + 200.0);
         if model.upwind().is_some() {
             memory += pairs * 8.0 * (1 + D) as f64;
         }
@@ -239,13 +256,25 @@ impl<const D: usize> Prepared<D> {
             };
             memory += entries as f64 * 32.0 + fill * 12.0 + pairs * pairs / particles.max(1) as f64 * 4.0;
         }
+=======
+        let counts = Counts {
+            particles: particles as f64,
+            pairs,
+            unknowns: self.unknowns() as f64,
+            entries: entries as f64,
+            hourglass_entries: model.hourglass().map_or(0.0, |hourglass| hourglass.entries() as f64),
+            upwind: model.upwind().is_some(),
+            implicit,
+            assembled,
+        };
+>>>>>>> reliable
         let step = first_step(&scene.time, self.explicit_step_limit);
         Forecast {
             particles,
             unknowns: self.unknowns(),
             entries,
             mean_neighbours: pairs / particles.max(1) as f64,
-            memory,
+            memory: counts.memory::<D>(),
             explicit_step_limit: self.explicit_step_limit,
             step,
             steps: (scene.time.end / step).ceil(),

@@ -264,9 +264,8 @@ impl<const D: usize> Hourglass<D> {
             return (gradient.of(a, displacement), Tensor::zeros());
         }
         let (here, own) = (self.positions[a], vector_at::<D>(displacement, a));
-        let row = near.row(a);
         let (mut out, mut jumps, mut spread) = (Tensor::zeros(), Tensor::zeros(), Tensor::zeros());
-        for ((&b, weight), k) in near.of(a).iter().zip(&gradient.weights[row]).zip(stiffness) {
+        for ((&b, weight), k) in near.of(a).iter().zip(gradient.weights_of(a)).zip(stiffness) {
             let there = vector_at::<D>(displacement, b as usize);
             let separation = self.positions[b as usize] - here;
             let scaled = separation * (0.5 * k);
@@ -299,7 +298,7 @@ impl<const D: usize> Hourglass<D> {
             let scaled = (self.positions[b] - here) * (0.5 * k);
             around += scaled;
             sum += (vector_at::<D>(displacement, b) - own) * k;
-            sum -= gradients[b] * scaled + stress[b] * gradient.weights[near.twin(entry)];
+            sum -= gradients[b] * scaled + stress[b] * gradient.transposed_weight(entry);
         }
         sum - mean * around
     }

@@ -12,6 +12,8 @@ use crate::scene::findings::{Findings, Span};
 use crate::scene::source::Source;
 use crate::scene::{SceneError, SceneErrors};
 
+/// Largest study file, bytes.
+const LARGEST_FILE: u64 = 1 << 24;
 const KEYS: [&str; 6] = ["title", "scene", "set", "grid", "case", "convergence"];
 const CONVERGENCE_KEYS: [&str; 4] = ["quantity", "sizes", "exact", "refine"];
 
@@ -63,7 +65,7 @@ impl Study {
     /// All mistakes found, with their places.
     pub fn read(path: &Path) -> Result<Self, SceneErrors> {
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|error| {
+        let text = crate::files::read_text(path, LARGEST_FILE).map_err(|error| {
             let remedy = "check the path, the permissions and the encoding (UTF-8) of the study file";
             SceneErrors::new(vec![SceneError::of_file(&name, format!("the study cannot be read: {error}"), remedy)])
         })?;

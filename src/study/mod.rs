@@ -53,8 +53,8 @@
 //! | `cases.csv` | a row for every case: [`collect`] |
 //! | `convergence.csv`, `.svg`, `.png` | orders, of a convergence study: [`ConvergenceTable`] |
 //!
-//! [`sweep`] skips a case whose report says that the very same scene was completed, and runs every other one again. Files
-//! that a scene names are not compared: who changes an STL file removes the case. Everything but the growing tables of a
+//! [`sweep`] skips a case whose report says that the very same scene was completed; one that was interrupted or killed goes
+//! on from its newest checkpoint, to the same bits; every other one is run again. Files that a scene names are not compared: who changes an STL file removes the case. Everything but the growing tables of a
 //! case is written atomically, and no case stops another.
 
 mod cases;

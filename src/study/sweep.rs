@@ -12,7 +12,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use super::{Case, ReadyCase, STUDY_FILE, Study};
 use crate::output::{OutputError, Provenance, REPORT_FILE, Report, Status, prepare_directory, write_atomically};
 use crate::scene::Scene;
-use crate::simulation::{Monitor, Progress, RunOptions, run};
+use crate::simulation::{Checkpoint, Monitor, Progress, RunOptions, restart, run};
 
 /// What is overridden in a case, in its directory.
 pub(super) const CASE_FILE: &str = "case.toml";
@@ -111,7 +111,7 @@ pub fn state_of(directory: &Path, scene: &Scene) -> CaseState {
 }
 
 /// Runs the cases that are not done, `jobs` at a time, each in its own pool of threads; `listener` hears of it in the
-/// calling thread. A case that fails leaves a report that says why, and stops no other.
+/// calling thread. A case that was interrupted goes on from its checkpoint. One that fails leaves a report that says why, and stops no other.
 ///
 /// # Errors
 /// If the directory cannot be written. What a disk refuses later is a failure of the case.
@@ -190,6 +190,7 @@ fn one(
     interrupt: &AtomicBool,
 ) -> (Status, Option<String>, usize) {
     let directory = options.directory.join(ready.case.directory());
+    let checkpoint = checkpoint_of(&directory, &ready.scene);
     if let Err(error) = prepare(study, &ready.case, &directory) {
         return (Status::Failed, Some(error.to_string()), 0);
     }
@@ -198,7 +199,14 @@ fn one(
     let mut teller = Teller { case: ready.case.index, sender, last: Instant::now() };
     // Hours of other cases must not be lost to a fault in this one.
     let outcome = catch_unwind(AssertUnwindSafe(|| {
-        pool.install(|| run(&ready.scene, &run_options, &mut teller, interrupt).map(|outcome| outcome.report))
+        pool.install(|| {
+            let gone_on = checkpoint
+                .as_ref()
+                .and_then(|from| restart(&ready.scene, from, false, &run_options, &mut teller, interrupt).ok());
+            // Whatever does not fit together any more begins anew.
+            let outcome = gone_on.map_or_else(|| run(&ready.scene, &run_options, &mut teller, interrupt), Ok);
+            outcome.map(|outcome| outcome.report)
+        })
     }));
     let message = match outcome {
         Ok(Ok(report)) => return (report.status, report.message, report.steps.accepted),
@@ -219,6 +227,15 @@ fn one(
         let _ = Report { status: Status::Failed, message, provenance, ..Report::default() }.write(&directory);
     }
     (Status::Failed, Some(message), 0)
+}
+
+/// The checkpoint that a case goes on from: that of this very scene, unless it failed.
+fn checkpoint_of(directory: &Path, scene: &Scene) -> Option<Checkpoint> {
+    if !matches!(state_of(directory, scene), CaseState::Interrupted | CaseState::Missing) {
+        return None;
+    }
+    let (checkpoint, _) = Checkpoint::find(directory).ok()?;
+    Some(checkpoint).filter(|checkpoint| checkpoint.about.scene == scene.text())
 }
 
 /// Makes the directory of a case: without the report of an earlier run, which would speak for one that is killed.

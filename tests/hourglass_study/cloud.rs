@@ -51,7 +51,7 @@ impl<const D: usize> Cloud<D> {
             let mut matrix = DMatrix::zeros(self.size(), self.size());
             for a in 0..self.size() {
                 for entry in self.gradient.neighbourhood.row(a) {
-                    matrix[(a, self.gradient.neighbourhood.neighbour(entry))] = self.gradient.weights[entry][i];
+                    matrix[(a, self.gradient.neighbourhood.neighbour(entry))] = self.gradient.weights.at(a, entry)[i];
                 }
             }
             matrix
@@ -92,7 +92,7 @@ impl<const D: usize> Cloud<D> {
                 let sides: &[(usize, f64)] = if form == Form::Own { &[(a, 1.0)] } else { &[(a, 0.5), (b, 0.5)] };
                 for &(c, share) in sides {
                     for entry in near.row(c) {
-                        let along = self.gradient.weights[entry].dot(&separation);
+                        let along = self.gradient.weights.at(c, entry).dot(&separation);
                         miss.push((near.neighbour(entry), share * along));
                     }
                 }

@@ -6,7 +6,8 @@
 //! | no entries, or a factor would need too much memory | iterate |
 //! | otherwise | iterate until that has cost as much as a factor, then factor |
 //!
-//! *Iterate* is CG (symmetric) or GMRES with block Jacobi, without entries of the whole operator. *Factor* is LDLᵀ of
+//! *Iterate* is CG (symmetric) or GMRES without entries of the whole operator, with block Jacobi or, for long steps and
+//! equilibria, [multigrid](iterating). *Factor* is LDLᵀ of
 //! the operator or, if it is not symmetric, of its symmetric part, with refinement and GMRES on the operator itself; where
 //! that does not contract, or costs more, LU.
 //!
@@ -21,6 +22,7 @@
 //! Costs are counted, not timed (see [`Effort`](super::Effort)): choices are the same on every machine and for any number
 //! of threads. They do depend on the history of the solver.
 
+mod iterating;
 mod memory;
 mod paths;
 
@@ -34,6 +36,7 @@ use super::ldlt::{EliminationOrder, SymmetricFactors, Variant};
 use super::precondition::SymmetricPart;
 use super::{LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, OperatorAge, Symmetry, Tangent};
 use crate::snapshot::{RestoreError, Snapshot};
+use iterating::Iterating;
 
 /// A solver without a factor takes hardly fewer iterations than this to any useful accuracy.
 const FEW_ITERATIONS: f64 = 15.0;
@@ -64,6 +67,7 @@ pub(super) struct Automatic {
     symmetric_part: SymmetricPart,
     lu: Option<Direct>,
     krylov: Option<Krylov>,
+    iterating: Iterating,
     /// What iterating has cost since the last preparation, beyond what solving with a factor would have.
     excess: f64,
     /// The factor is older than the operator.
@@ -94,6 +98,7 @@ impl Automatic {
             symmetric_part: SymmetricPart::default(),
             lu: None,
             krylov: None,
+            iterating: Iterating::default(),
             excess: 0.0,
             stale: false,
             has_factor: false,
@@ -110,6 +115,7 @@ impl Automatic {
     fn choose(&mut self, tangent: &dyn Tangent) {
         self.has_factor = false;
         (self.pause, self.last_pause) = (0, 0);
+        self.iterating = Iterating::new(tangent.geometry().is_some());
         self.chosen_for = Some((tangent.size(), tangent.symmetry()));
         let effort = effort_of(tangent);
         self.costs = effort.and_then(|effort| {
@@ -119,6 +125,15 @@ impl Automatic {
             (_, None) => (Path::Iterate, "the operator has no entries to factor".to_owned()),
             (Some(costs), _) if costs.bytes > LARGEST_FACTOR => {
                 (Path::Iterate, format!("a factor would take about {:.0} GB", 1e-9 * costs.bytes))
+            }
+            (Some(costs), _)
+                if self.options.direct
+                    && self.iterating.suits_equilibria((costs.preparation + costs.solve) / costs.iteration) =>
+            {
+                (
+                    Path::Iterate,
+                    format!("a factor would cost about {:.0} iterations", costs.preparation / costs.iteration),
+                )
             }
             _ if self.options.direct => (Path::Factor, "an equilibrium is ill-conditioned".to_owned()),
             (Some(costs), _)
@@ -138,6 +153,12 @@ impl Automatic {
             (None, Some(_)) => (Path::Factor, "the size of a factor cannot be foretold".to_owned()),
         };
         (self.path, self.reason) = (path, reason);
+        if path == Path::Iterate && self.options.direct {
+            self.iterating.take_multigrid();
+            if self.iterating.is_multigrid() {
+                self.reason += ", and an equilibrium is ill-conditioned";
+            }
+        }
     }
 
     fn parts(&self) -> impl Iterator<Item = LinearCounts> + '_ {
@@ -145,6 +166,13 @@ impl Automatic {
         let lu = self.lu.as_ref().map(LinearSolver::counts);
         [Some(self.factor.counts()), krylov, lu].into_iter().flatten()
     }
+}
+
+/// Adds the work of a part; its solves are those of the whole.
+fn add(counts: &mut LinearCounts, part: LinearCounts) {
+    counts.analyses += part.analyses;
+    counts.factorisations += part.factorisations;
+    counts.iterations += part.iterations;
 }
 
 impl LinearSolver for Automatic {
@@ -166,25 +194,20 @@ impl LinearSolver for Automatic {
     }
 
     fn counts(&self) -> LinearCounts {
-        let mut counts = LinearCounts { solves: self.counts.solves, ..LinearCounts::default() };
-        for part in self.parts() {
-            counts.analyses += part.analyses;
-            counts.factorisations += part.factorisations;
-            counts.iterations += part.iterations;
-        }
+        let mut counts = self.counts;
+        self.parts().for_each(|part| add(&mut counts, part));
         counts
     }
 
     fn prepare(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
         if self.chosen_for != Some((tangent.size(), tangent.symmetry())) {
-            self.krylov = None;
+            self.retire_krylov();
             self.choose(tangent);
         }
         self.excess = 0.0;
         if self.path == Path::Iterate {
-            let symmetric = tangent.symmetry() != Symmetry::General;
-            match self.krylov(symmetric).prepare(tangent) {
-                Err(error) if tangent.pattern().is_some() => {
+            match self.prepare_iteration(tangent) {
+                Err(error) if self.costs.is_some_and(|costs| costs.bytes <= LARGEST_FACTOR) => {
                     self.turn_to(Path::Factor, format!("block Jacobi failed ({error})"));
                 }
                 outcome => return outcome,

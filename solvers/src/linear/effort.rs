@@ -2,23 +2,23 @@
 //!
 //! A choice between solvers by the clock would make results depend on the load of the machine. So costs are *counted*
 //! (multiplications and entries of a factor, entries of an operator, iterations) and the counts are turned into seconds
-//! with fixed rates, measured once (`benches/factors.rs`, one core of an AMD EPYC with AVX-512 and 32 MiB of cache). On another
+//! with fixed rates, measured once (`benches/factors.rs 2d-1 2d-10 3d-1 3d-4`, processor time of one core of an AMD EPYC). On another
 //! machine the rates differ, but they differ together: only ratios matter, and near a tie either choice is good. The same
 //! scene therefore makes the same choices everywhere, for any number of threads.
 
 use super::{Places, Tangent};
 
-/// Seconds per multiplication of a numeric factorisation, and per entry of the factor: 0.09 s for 10⁹ and 4·10⁶ (10⁴
-/// particles in 2D), 0.45 s for 1.1·10¹⁰ and 1.2·10⁷ (4·10³ in 3D).
-const MULTIPLICATION: f64 = 4e-11;
-const FACTORED_ENTRY: f64 = 1.1e-8;
+/// Seconds per multiplication of a numeric factorisation, and per entry of the factor: 0.048 s for 10⁹ and 4·10⁶ (10⁴
+/// particles in 2D), 0.30 s for 1.1·10¹⁰ and 1.2·10⁷ (4·10³ in 3D).
+const MULTIPLICATION: f64 = 2.1e-11;
+const FACTORED_ENTRY: f64 = 6e-9;
 /// Seconds per entry of the factor in a solve: two sweeps at the speed of memory.
-const SOLVED_ENTRY: f64 = 4e-9;
+const SOLVED_ENTRY: f64 = 2.5e-9;
 /// Seconds per entry of an operator of which nothing is known but its entries: a product, and writing it.
-const PRODUCT_ENTRY: f64 = 2e-9;
-const WRITTEN_ENTRY: f64 = 2e-9;
+const PRODUCT_ENTRY: f64 = 1e-9;
+const WRITTEN_ENTRY: f64 = 1e-9;
 /// Seconds per unknown of what an iteration does besides the product: vectors and a block-diagonal preconditioner.
-const VECTORS: f64 = 2e-8;
+const VECTORS: f64 = 1e-8;
 /// LU against LDLᵀ on the same pattern, per multiplication (most of it is that LU must order for all choices of pivots)
 /// and per entry.
 const LU_MULTIPLICATIONS: f64 = 10.0;

@@ -165,8 +165,8 @@ pub(super) fn balance<const D: usize>(
     let volume = |a: usize| particles.volumes[a + body.particles.start];
     let mut seed = vec![Vector::zeros(); entries.len()];
     for a in 0..constraints.count() {
-        for entry in constraints.row(a) {
-            seed[entry] = gradient.weights[entries.start + entry] * volume(a);
+        for (entry, weight) in constraints.row(a).zip(gradient.weights_of(a + body.particles.start)) {
+            seed[entry] = weight * volume(a);
         }
     }
     let residuals = constraints.residuals(&seed);
@@ -202,7 +202,7 @@ pub(super) fn balance<const D: usize>(
             // What did not change keeps its bits.
             if weights[entry] != seed[entry] {
                 change = change.max((weights[entry] - seed[entry]).amax());
-                gradient.weights[entries.start + entry] = weights[entry] / volume(a);
+                gradient.weights.entries_mut()[entries.start + entry] = weights[entry] / volume(a);
             }
         }
     }

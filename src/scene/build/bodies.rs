@@ -8,9 +8,15 @@ use nalgebra::SVector;
 
 use super::shapes::{Filled, Plan, Shape, plan};
 use super::{material, name, stabilisation};
+<<<<<<< HEAD
+use crate::geometry::{BoxLattice, Group, number_along_curve, stencil_volumes};
+=======
 use crate::geometry::{BoxLattice, Group, stencil_volumes};
+use crate::kernel;
+>>>>>>> reliable
 use crate::scene::document::{BodyText, Document, Spanned, VolumeText};
 use crate::scene::findings::{Findings, Span};
+use crate::scene::sizes::{Accept, BodySize};
 use crate::setup::{Body, GeometryRecord, KernelChoice, Particles};
 
 /// Largest smoothing length over spacing: more only makes neighbours.
@@ -73,7 +79,7 @@ impl<const D: usize> Bodies<D> {
 pub(super) fn make<const D: usize>(
     document: &Document,
     base: &Path,
-    most_particles: usize,
+    accept: &Accept<'_>,
     findings: &mut Findings<'_>,
 ) -> (Bodies<D>, Particles<D>) {
     if document.body.is_empty() {
@@ -81,24 +87,26 @@ pub(super) fn make<const D: usize>(
     }
     let mut names = Vec::new();
     let mut plans = Vec::new();
-    let mut total = 0.0;
     for (index, text) in document.body.iter().enumerate() {
         let own = name(text.get_ref().name.as_ref(), "body", index, &names, findings);
         names.push(own);
         let plan = plan::<D>(text, base, findings);
-        total += plan.as_ref().map_or(0.0, Plan::approximate_count);
         plans.push(plan);
     }
     // Before anything is allocated.
-    if total > most_particles as f64 {
-        let count = |plan: &Option<Plan<D>>| plan.as_ref().map_or(0.0, Plan::approximate_count);
+    let count = |plan: &Option<Plan<D>>| plan.as_ref().map_or(0.0, Plan::approximate_count);
+    let sizes: Vec<BodySize> = document
+        .body
+        .iter()
+        .zip(&plans)
+        .map(|(text, plan)| BodySize { particles: count(plan), reach: reach(text.get_ref()) })
+        .collect();
+    if let Err(refusal) = accept(&sizes) {
         let largest = document.body.iter().zip(&plans).max_by(|(_, a), (_, b)| count(a).total_cmp(&count(b)));
         let span = largest.map_or(0..0, |(body, _)| finest(body));
-        findings.error(
-            span,
-            format!("the bodies would have {total:.3e} particles, more than {most_particles}"),
-            "give a larger spacing or smaller counts",
-        );
+        if !refusal.message.is_empty() {
+            findings.error(span, refusal.message, refusal.remedy);
+        }
         plans.iter_mut().for_each(|plan| *plan = None);
     }
     let mut particles = Particles::default();
@@ -118,6 +126,12 @@ pub(super) fn make<const D: usize>(
         let lattice = shape.lattice().cloned();
         let Filled { particles: mut own, mut groups, mut record, .. } = shape.filled();
         volumes(text, lattice, smoothing * spacing, &mut own, findings);
+        if let Some(numbers) = number_along_curve(&mut own) {
+            for group in groups.values_mut() {
+                group.particles.iter_mut().for_each(|particle| *particle = numbers[*particle] as usize);
+                group.particles.sort_unstable();
+            }
+        }
         let (lower, upper) = bounds(&own);
         let has_faces = !own.faces.is_empty();
         if let Some(record) = &mut record {
@@ -145,6 +159,12 @@ pub(super) fn make<const D: usize>(
         made.push(Some(Made { body, lower, upper, is_box, has_faces, groups, record }));
     }
     (Bodies { names, made }, particles)
+}
+
+/// Radius of the kernel in spacings, as far as it makes sense.
+fn reach(text: &BodyText) -> f64 {
+    let smoothing = text.smoothing.as_ref().map_or(DEFAULT_SMOOTHING, |number| *number.get_ref());
+    kernel::support(text.kernel.into()) * if smoothing > 0.0 { smoothing.min(LARGEST_SMOOTHING) } else { 1.0 }
 }
 
 /// Volumes other than those of the cells, if the body asks for them.

@@ -13,9 +13,12 @@ use crate::scene::errors::SceneError;
 use crate::scene::findings::Findings;
 use crate::setup::{GeometryRecord, Particles};
 use crate::tensor::Vector;
+use crate::{files, machine};
 
 /// Largest file that is read, bytes.
 const LARGEST: u64 = 1 << 33;
+/// Most characters of a line that a message holds: it shows those around the mistake.
+const LONGEST_SHOWN: usize = 4000;
 /// How far points of a plane may leave it, over their extent.
 const OFF_PLANE: f64 = 1e-9;
 
@@ -171,22 +174,26 @@ pub(super) fn mesh<const D: usize>(text: &MeshText, base: &Path, findings: &mut 
 
 /// A file beside the scene.
 pub(super) fn bytes(file: &Text, base: &Path, findings: &mut Findings<'_>) -> Option<(PathBuf, Vec<u8>)> {
+    read_by(files::read, file, base, findings)
+}
+
+fn read_by(
+    read: fn(&Path, u64) -> std::io::Result<Vec<u8>>,
+    file: &Text,
+    base: &Path,
+    findings: &mut Findings<'_>,
+) -> Option<(PathBuf, Vec<u8>)> {
     let path = base.join(file.get_ref());
     let mut wrong = |why: String| {
         let message = format!("{} cannot be read: {why}", path.display());
         findings.error(file.span(), message, "paths are sought from the folder of the scene file");
     };
-    // A device or a pipe may never end.
-    let found = match std::fs::metadata(&path) {
-        Ok(found) if !found.is_file() => Err("it is not a file".to_owned()),
-        Ok(found) if found.len() > LARGEST => Err(format!("it has {} bytes, more than {LARGEST}", found.len())),
-        Ok(_) => std::fs::read(&path).map_err(|error| error.to_string()),
-        Err(error) => Err(error.to_string()),
-    };
-    match found {
+    // What it holds takes a few times its size.
+    let most = machine::available_memory().map_or(LARGEST, |memory| LARGEST.min(memory / 4));
+    match read(&path, most) {
         Ok(bytes) => Some((path, bytes)),
         Err(why) => {
-            wrong(why);
+            wrong(why.to_string());
             None
         }
     }
@@ -194,7 +201,7 @@ pub(super) fn bytes(file: &Text, base: &Path, findings: &mut Findings<'_>) -> Op
 
 /// Text of a file beside the scene.
 fn content(file: &Text, base: &Path, findings: &mut Findings<'_>) -> Option<(PathBuf, String)> {
-    let (path, bytes) = bytes(file, base, findings)?;
+    let (path, bytes) = read_by(files::read_lines, file, base, findings)?;
     match String::from_utf8(bytes) {
         Ok(content) => Some((path, content)),
         Err(_) => {
@@ -212,7 +219,7 @@ pub(super) fn in_file(path: &Path, content: &str, error: PointError) -> SceneErr
         return SceneError::of_file(origin, error.message, error.remedy);
     }
     let line = content.lines().nth(error.line.saturating_sub(1));
-    let shown = |line: &str| line.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect();
+    let shown = |line: &str| line.chars().take(LONGEST_SHOWN).map(|letter| if letter.is_control() { ' ' } else { letter }).collect();
     SceneError {
         origin,
         line: Some(error.line),

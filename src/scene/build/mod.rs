@@ -21,6 +21,7 @@ use std::path::Path;
 use nalgebra::SVector;
 
 use super::document::Document;
+use super::sizes::Accept;
 use super::findings::Findings;
 use crate::expression::closest;
 use crate::setup::{Particles, Setup};
@@ -38,13 +39,13 @@ struct Context<'a, 'f, const D: usize> {
 pub(super) fn build<const D: usize>(
     document: &Document,
     base: &Path,
-    most_particles: usize,
+    accept: &Accept<'_>,
     findings: &mut Findings<'_>,
 ) -> Option<Setup<D>> {
     let before = findings.count();
     let gravity = document.gravity.as_ref().map(|gravity| findings.vector::<D>(gravity, "gravity"));
     let gravity = gravity.unwrap_or(Some(SVector::zeros()));
-    let (bodies, particles) = bodies::make(document, base, most_particles, findings);
+    let (bodies, particles) = bodies::make(document, base, accept, findings);
     let mut context = Context { document, findings, bodies, particles };
     let stabilisation = stabilisation::read(document, context.findings);
     let boundary = boundary::read(&mut context);

@@ -9,7 +9,7 @@ use crate::scene::settings::{
     Forcing, LineSearch, OperatorChoice, OutputField, PreconditionerChoice, RkcStages, SolverChoice, TangentPolicy,
     Unknowns,
 };
-use crate::scene::units::Time;
+use crate::scene::units::{Time, WallTime};
 
 /// Upwind stabilisation after document 004; `tau_v` or `tau_p` switches it on.
 #[derive(Debug, Clone, Deserialize)]
@@ -290,8 +290,8 @@ pub(in crate::scene) struct CheckpointText {
     /// Steps between checkpoints; default none.
     #[cfg_attr(test, schemars(range(min = 1)))]
     pub every_steps: Option<Spanned<u64>>,
-    /// Seconds of the clock on the wall between checkpoints; default none.
-    pub every_seconds: Option<Number>,
+    /// Time of the clock on the wall between checkpoints, a plain number in seconds; default none.
+    pub every_seconds: Option<Measure<WallTime>>,
     /// How many of the newest are kept; 0 writes none.
     #[cfg_attr(test, schemars(extend("default" = CheckpointSettings::default().keep)))]
     pub keep: Option<Spanned<u64>>,

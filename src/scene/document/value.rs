@@ -87,7 +87,8 @@ pub(in crate::scene) const REMEDY: char = '\u{1f}';
 impl<K: Kind> Quantity<K> {
     /// A plain number, in the units of the scene.
     fn plain(value: f64) -> Self {
-        Self(units::current().in_si(value, K::DIMENSION), PhantomData)
+        let value = if K::IN_SCENE_UNITS { units::current().in_si(value, K::DIMENSION) } else { value };
+        Self(value, PhantomData)
     }
 
     fn text<E: Error>(text: &str) -> Result<Self, E> {

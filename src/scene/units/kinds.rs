@@ -12,6 +12,8 @@ pub(in crate::scene) trait Kind {
     const EXAMPLE: &'static str;
     /// Powers of length, mass, time, angle.
     const DIMENSION: Dimension;
+    /// Whether plain numbers are in the units of the scene, rather than in SI units whatever those are.
+    const IN_SCENE_UNITS: bool = true;
 }
 
 macro_rules! kinds {
@@ -53,6 +55,18 @@ kinds! {
     Pressure, "a pressure", "Pa", "210 GPa", [-1, 1, -2, 0];
     Viscosity, "a viscosity", "Pa s", "1 kPa*s", [-1, 1, -1, 0];
     Angle, "an angle", "degrees", "30 deg", [0, 0, 0, 1];
+}
+
+/// Marks a time on the clock on the wall, which is no part of what is computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::scene) struct WallTime;
+
+impl Kind for WallTime {
+    const NAME: &'static str = "a wall-clock time";
+    const UNIT: &'static str = "s";
+    const EXAMPLE: &'static str = "30 min";
+    const DIMENSION: Dimension = Time::DIMENSION;
+    const IN_SCENE_UNITS: bool = false;
 }
 
 /// What has such a dimension.

@@ -12,7 +12,7 @@ mod symbols;
 mod systems;
 
 pub(super) use kinds::{
-    Acceleration, Angle, Density, Kind, Length, Pressure, Time, Velocity, Viscosity, describe, wanted,
+    Acceleration, Angle, Density, Kind, Length, Pressure, Time, Velocity, Viscosity, WallTime, describe, wanted,
 };
 pub(super) use systems::{UnitSystem, current, within};
 
@@ -42,7 +42,7 @@ impl UnitError {
 }
 
 /// Largest power of a unit.
-const LARGEST_POWER: i32 = 9;
+const LARGEST_POWER: u32 = 9;
 /// Longest text of a quantity, bytes.
 const LONGEST: usize = 200;
 /// Deepest nesting of parentheses.
@@ -55,8 +55,8 @@ impl Unit {
         Self {
             numerator: self.numerator * other.numerator,
             denominator: self.denominator * other.denominator,
-            exponent: self.exponent + other.exponent,
-            dimension: std::array::from_fn(|i| self.dimension[i] + other.dimension[i]),
+            exponent: self.exponent.saturating_add(other.exponent),
+            dimension: std::array::from_fn(|i| self.dimension[i].saturating_add(other.dimension[i])),
         }
     }
 
@@ -66,8 +66,8 @@ impl Unit {
         Self {
             numerator: up.powi(power.abs()),
             denominator: down.powi(power.abs()),
-            exponent: self.exponent * power,
-            dimension: self.dimension.map(|part| part * power),
+            exponent: self.exponent.saturating_mul(power),
+            dimension: self.dimension.map(|part| part.saturating_mul(power)),
         }
     }
 
@@ -226,7 +226,7 @@ impl Reader<'_> {
                 let length = self.rest.find(|letter: char| !(letter.is_ascii_digit() || letter == '-'));
                 let (power, rest) = self.rest.split_at(length.unwrap_or(self.rest.len()));
                 self.rest = rest;
-                let power = power.parse::<i32>().ok().filter(|power| power.abs() <= LARGEST_POWER);
+                let power = power.parse::<i32>().ok().filter(|power| power.unsigned_abs() <= LARGEST_POWER);
                 let wrong = || UnitError::new("this is not a power of a unit", "write a whole number, as in `m/s^2`");
                 return power.ok_or_else(wrong);
             }

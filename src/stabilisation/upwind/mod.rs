@@ -131,7 +131,7 @@ impl<const D: usize> Upwind<D> {
                     let own = if a == b {
                         Vector::zeros()
                     } else if options.corrected_gradient {
-                        gradient.weights[entry] / kernel_volumes[b]
+                        gradient.weights.at(a, entry) / kernel_volumes[b]
                     } else {
                         normal * plain_slope::<D>(body, r)
                     };
@@ -139,7 +139,7 @@ impl<const D: usize> Upwind<D> {
                         let along = if a == b {
                             0.0
                         } else if options.corrected_gradient {
-                            let other = gradient.weights[neighbourhood.twin(entry)] / kernel_volumes[a];
+                            let other = gradient.transposed_weight(entry) / kernel_volumes[a];
                             0.5 * normal.dot(&(own - other))
                         } else {
                             plain_slope::<D>(body, r)

@@ -2,6 +2,7 @@
 
 use super::super::effort::Costs;
 use super::super::{LinearCounts, LinearError, LinearSolver, OperatorAge, Symmetry, Tangent};
+use super::iterating::Iterating;
 use super::{Automatic, Path};
 use crate::snapshot::{RestoreError, Snapshot, unfit};
 
@@ -44,6 +45,7 @@ impl Automatic {
             saved.put_reals("costs", costs.to_numbers());
         }
         saved.put_real("excess", self.excess);
+        saved.put_reals("iterating", self.iterating.to_numbers());
         saved.put_flag("stale", self.stale);
         saved.put_flag("has_factor", self.has_factor);
         saved.put_flag("worn", self.worn);
@@ -68,10 +70,11 @@ impl Automatic {
         self.path = *PATHS.get(path).ok_or_else(|| unfit("path", "one of the paths"))?;
         self.has_factor = saved.flag("has_factor")?;
         self.stale = saved.flag("stale")?;
-        let symmetric = tangent.symmetry() != Symmetry::General;
+        // First of all: it says what the iteration is preconditioned with.
+        self.iterating = Iterating::from_numbers(saved.some_reals("iterating")?);
         let parts = [saved.part("krylov"), saved.part("lu")];
         match self.path {
-            Path::Iterate => self.krylov(symmetric).restore(&parts[0], tangent, age)?,
+            Path::Iterate => self.krylov(tangent).restore(&parts[0], tangent, age)?,
             Path::Lu if age == OperatorAge::Last => self.lu().restore(&parts[1], tangent, age)?,
             Path::Factor if self.has_factor && self.stale == (age == OperatorAge::Older) => {
                 self.take_factor_back(&saved.part("factor"), tangent)?;
@@ -84,7 +87,7 @@ impl Automatic {
         // Those that do not take part at present count, too.
         self.factor.set_counts(LinearCounts::restored(&saved.part("factor"))?);
         if self.path != Path::Iterate && !parts[0].is_empty() {
-            self.krylov(symmetric).set_counts(LinearCounts::restored(&parts[0])?);
+            self.krylov(tangent).set_counts(LinearCounts::restored(&parts[0])?);
         }
         if self.path != Path::Lu && !parts[1].is_empty() {
             self.lu().set_counts(LinearCounts::restored(&parts[1])?);

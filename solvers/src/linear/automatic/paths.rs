@@ -9,8 +9,9 @@ use super::super::effort::{Costs, effort_of};
 use super::super::gmres::Gmres;
 use super::super::krylov::{Krylov, Method};
 use super::super::lu::LuFactors;
+use super::super::multigrid::MultigridOptions;
 use super::super::{LinearError, LinearReport, LinearSolver, Symmetry, Tangent};
-use super::{Automatic, LARGEST_FACTOR, Path};
+use super::{Automatic, LARGEST_FACTOR, Path, add};
 
 /// Preparations, at most, between two tries to keep a factor.
 const LONGEST_PAUSE: usize = 64;
@@ -53,14 +54,6 @@ impl Automatic {
         }
     }
 
-    /// Factors in the course of a solve.
-    fn factor_late(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
-        let clock = Instant::now();
-        let outcome = self.factor_somehow(tangent);
-        self.late += clock.elapsed();
-        outcome
-    }
-
     pub(super) fn factor_generally(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
         self.lu().prepare(tangent)
     }
@@ -69,12 +62,21 @@ impl Automatic {
         self.lu.get_or_insert_with(|| Direct::new(Box::new(LuFactors::new())))
     }
 
-    pub(super) fn krylov(&mut self, symmetric: bool) -> &mut Krylov {
+    pub(super) fn krylov(&mut self, tangent: &dyn Tangent) -> &mut Krylov {
+        let symmetric = tangent.symmetry() != Symmetry::General;
         let AutomaticOptions { restart, max_iterations, .. } = self.options;
+        let multigrid = self.iterating.is_multigrid();
         self.krylov.get_or_insert_with(|| {
             let options = KrylovOptions {
-                preconditioner: Preconditioner::BlockJacobi,
-                preconditioner_matrix: PreconditionerMatrix::Sparser,
+                preconditioner: match multigrid {
+                    true => Preconditioner::Multigrid(MultigridOptions::default()),
+                    false => Preconditioner::BlockJacobi,
+                },
+                // Diagonal blocks, and by no means all entries.
+                preconditioner_matrix: match tangent.offers_diagonal_blocks() {
+                    true => PreconditionerMatrix::Auto,
+                    false => PreconditionerMatrix::Sparser,
+                },
                 operator: Operator::MatrixFree,
                 max_iterations,
                 tolerance: None,
@@ -86,6 +88,37 @@ impl Automatic {
             };
             Krylov::new(method, options)
         })
+    }
+
+    /// Drops the iterative solver, but not its counts.
+    pub(super) fn retire_krylov(&mut self) {
+        if let Some(krylov) = self.krylov.take() {
+            add(&mut self.counts, krylov.counts());
+        }
+    }
+
+    /// Prepares the iteration; multigrid that cannot be set up makes way for block Jacobi.
+    pub(super) fn prepare_iteration(&mut self, tangent: &dyn Tangent) -> Result<(), LinearError> {
+        match self.krylov(tangent).prepare(tangent) {
+            Err(error) if self.iterating.is_multigrid() => self.without_multigrid(tangent, &error.to_string()),
+            outcome => outcome,
+        }
+    }
+
+    /// Goes back to block Jacobi.
+    fn without_multigrid(&mut self, tangent: &dyn Tangent, why: &str) -> Result<(), LinearError> {
+        self.retire_krylov();
+        self.iterating.give_up_multigrid();
+        self.reason += &format!("; multigrid was given up ({why})");
+        self.prepare_iteration(tangent)
+    }
+
+    /// Preparations in the course of a solve.
+    fn late(&mut self, prepare: impl FnOnce(&mut Self) -> Result<(), LinearError>) -> Result<(), LinearError> {
+        let clock = Instant::now();
+        let outcome = prepare(self);
+        self.late += clock.elapsed();
+        outcome
     }
 
     /// Iterations that cost as much as the alternative.
@@ -131,7 +164,7 @@ impl Automatic {
             if let Some(report) = self.solve_with_kept(tangent, b, x, tolerance) {
                 return Ok(report);
             }
-            self.factor_late(tangent)?;
+            self.late(|own| own.factor_somehow(tangent))?;
             if self.path == Path::Lu {
                 return self.solve_generally(tangent, b, x, tolerance);
             }
@@ -144,9 +177,7 @@ impl Automatic {
             Err(error @ (LinearError::RightHandSideNotFinite { .. } | LinearError::WrongLength { .. })) => Err(error),
             Err(error) => {
                 self.turn_to(Path::Lu, format!("LDLᵀ of the symmetric part did not contract ({error})"));
-                let clock = Instant::now();
-                self.factor_generally(tangent)?;
-                self.late += clock.elapsed();
+                self.late(|own| own.factor_generally(tangent))?;
                 self.solve_generally(tangent, b, x, tolerance)
             }
             outcome => outcome,
@@ -170,47 +201,72 @@ impl Automatic {
         x: &mut [f64],
         tolerance: f64,
     ) -> Result<LinearReport, LinearError> {
-        let symmetric = tangent.symmetry() != Symmetry::General;
         // Where no factor is possible, iterating has no price.
         let costs = self.costs.filter(|costs| costs.bytes <= LARGEST_FACTOR);
-        let left =
-            costs.map(|costs| ((costs.preparation + costs.solve - self.excess).max(0.0) / costs.iteration) as usize);
-        if left.is_some_and(|left| left < 2) {
-            self.turn_to(Path::Factor, "iterating had cost as much as a factor".to_owned());
-            self.factor_late(tangent)?;
-            return self.solve_factored(tangent, b, x, tolerance);
+        let price = costs
+            .map_or(f64::INFINITY, |costs| (costs.preparation + costs.solve - self.excess).max(0.0) / costs.iteration);
+        if price < 2.0 {
+            let reason = "iterating had cost as much as a factor".to_owned();
+            return self.turn_to_factor(tangent, b, x, tolerance, reason);
         }
-        let most = left.map_or(self.options.max_iterations, |left| left.min(self.options.max_iterations));
-        let krylov = self.krylov(symmetric);
+        let (weight, multigrid) = (self.iterating.weight(), self.iterating.before_multigrid(tolerance, price));
+        let most = price.min(multigrid.unwrap_or(f64::INFINITY)) / weight;
+        let most = (most as usize).clamp(1, self.options.max_iterations);
+        let krylov = self.krylov(tangent);
         krylov.limit(most);
-        let error = match krylov.solve(tangent, b, x, tolerance) {
-            Ok(report) => {
-                if let Some(costs) = costs {
-                    self.excess += (report.iterations as f64 * costs.iteration - costs.solve).max(0.0);
-                }
-                return Ok(report);
-            }
-            Err(error @ (LinearError::RightHandSideNotFinite { .. } | LinearError::WrongLength { .. })) => {
-                return Err(error);
-            }
-            Err(error) => error,
-        };
-        if effort_of(tangent).is_none() || self.costs.is_some_and(|costs| costs.bytes > LARGEST_FACTOR) {
-            return Err(error);
+        let before = krylov.counts().iterations;
+        let outcome = krylov.solve(tangent, b, x, tolerance);
+        let iterations = krylov.counts().iterations - before;
+        if let Some(costs) = costs {
+            let saved = if outcome.is_ok() { costs.solve } else { 0.0 };
+            self.excess += (weight * iterations as f64 * costs.iteration - saved).max(0.0);
         }
-        self.turn_to(Path::Factor, format!("iterating to {tolerance:.0e} cost more than a factor ({error})"));
-        self.factor_late(tangent)?;
-        self.solve_factored(tangent, b, x, tolerance)
+        match outcome {
+            Ok(report) => {
+                if self.iterating.learn(iterations, tolerance) {
+                    let why = format!("{iterations} iterations to {tolerance:.0e}, dearer than those of block Jacobi");
+                    self.late(|own| own.without_multigrid(tangent, &why))?;
+                }
+                Ok(report)
+            }
+            Err(error @ (LinearError::RightHandSideNotFinite { .. } | LinearError::WrongLength { .. })) => Err(error),
+            Err(
+                LinearError::IterationLimit { relative_residual, .. }
+                | LinearError::Breakdown { relative_residual, .. },
+            ) if multigrid.is_some() => {
+                self.iterating.learn(iterations, relative_residual.clamp(tolerance, 1.0));
+                let digits = -tolerance.log10();
+                self.reason +=
+                    &format!("; {iterations} iterations with block Jacobi were not enough for {digits:.0} digits");
+                let setup = self.iterating.take_multigrid();
+                self.excess += costs.map_or(0.0, |costs| setup * costs.iteration);
+                self.retire_krylov();
+                self.late(|own| own.prepare_iteration(tangent))?;
+                self.solve_by_iterating(tangent, b, x, tolerance)
+            }
+            Err(error) if costs.is_some() => {
+                let reason = format!("iterating to {tolerance:.0e} cost more than a factor ({error})");
+                self.turn_to_factor(tangent, b, x, tolerance, reason)
+            }
+            Err(error) if self.iterating.is_multigrid() && self.iterating.knows_block_jacobi() => {
+                self.late(|own| own.without_multigrid(tangent, &error.to_string()))?;
+                self.solve_by_iterating(tangent, b, x, tolerance)
+            }
+            Err(error) => Err(error),
+        }
     }
 
-    /// Solves after a turn from iterating to the factor, or to LU where there is no other.
-    fn solve_factored(
+    /// Turns from iterating to the factor in the course of a solve, or to LU where there is no other.
+    fn turn_to_factor(
         &mut self,
         tangent: &dyn Tangent,
         b: &[f64],
         x: &mut [f64],
         tolerance: f64,
+        reason: String,
     ) -> Result<LinearReport, LinearError> {
+        self.turn_to(Path::Factor, reason);
+        self.late(|own| own.factor_somehow(tangent))?;
         match self.path {
             Path::Lu => self.solve_generally(tangent, b, x, tolerance),
             _ => self.solve_by_factor(tangent, b, x, tolerance),
