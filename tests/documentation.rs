@@ -34,10 +34,16 @@ fn pages() -> Vec<PathBuf> {
 }
 
 fn documents() -> Vec<PathBuf> {
-    let mut all = vec!["README.md", "CONTRIBUTING.md", "tests/README.md", "examples/verification/README.md", "examples/studies/README.md"]
-        .into_iter()
-        .map(|name| root().join(name))
-        .collect::<Vec<_>>();
+    let mut all = vec![
+        "README.md",
+        "CONTRIBUTING.md",
+        "tests/README.md",
+        "examples/verification/README.md",
+        "examples/studies/README.md",
+    ]
+    .into_iter()
+    .map(|name| root().join(name))
+    .collect::<Vec<_>>();
     all.extend(files("examples", "md"));
     all.extend(pages());
     all
@@ -203,7 +209,8 @@ fn commands_are_understood() {
             if options.insert(shape) {
                 understood(&command).unwrap_or_else(|error| panic!("{what}\n{error}"));
             }
-            let Some(scene) = command.iter().find(|word| word.starts_with("examples/") && word.ends_with(".toml")) else {
+            let Some(scene) = command.iter().find(|word| word.starts_with("examples/") && word.ends_with(".toml"))
+            else {
                 continue;
             };
             let sets = command.windows(2).filter(|pair| pair[0] == "--set");
