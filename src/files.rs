@@ -34,7 +34,9 @@ pub(crate) fn read_lines(path: &Path, most: u64) -> io::Result<Vec<u8>> {
         for piece in part.split_inclusive(|byte| *byte == b'\n') {
             length += piece.len();
             if length > LONGEST_LINE {
-                return Err(io::Error::other(format!("line {line} is longer than {LONGEST_LINE} bytes: it is no table")));
+                return Err(io::Error::other(format!(
+                    "line {line} is longer than {LONGEST_LINE} bytes: it is no table"
+                )));
             }
             if piece.ends_with(b"\n") {
                 (line, length) = (line + 1, 0);

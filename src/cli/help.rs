@@ -242,22 +242,6 @@ Examples:
 Exit codes: 0 done, 3 the disk refused.";
 
 /// What it does.
-pub const RESTART: &str = "\
-Go on from a checkpoint as if the run had never ended.
-
-Checkpoints are written as the scene says under [checkpoint], when a run is interrupted or fails, and on SIGUSR1. What \
-follows is bit for bit what an uninterrupted run computes. A scene that has changed is refused with the differences, \
-except for `time.end`, `output` and `checkpoint`, unless --force is given.";
-/// How it is used.
-pub const RESTART_EXAMPLES: &str = "\
-Examples:
-  nicolson restart results/beam
-  nicolson restart results/beam --set time.end=2.0
-  nicolson restart results/beam --out results/beam-again --threads 4
-
-Exit codes: 0 done, 2 no such checkpoint or another scene, 3 failed (results so far on disk), 130 interrupted (likewise).";
-
-/// What it does.
 pub const SCHEMA: &str = "\
 Print the JSON Schema of scenes, with which editors complete and check keys.
 

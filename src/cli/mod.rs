@@ -157,7 +157,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Run { scene, out, quiet, solve_report, solve_log } => on_scene(&scene, |loaded| {
             let directory = out.unwrap_or_else(|| default_directory(&scene.scene));
             let written = [solve_log.as_deref()];
-            if let Err(error) = guard::spares(loaded, &written).and_then(|()| guard::spares_directory(loaded, &directory)) {
+            if let Err(error) =
+                guard::spares(loaded, &written).and_then(|()| guard::spares_directory(loaded, &directory))
+            {
                 return refuse(&error);
             }
             let options =

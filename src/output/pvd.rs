@@ -26,7 +26,8 @@ impl Series {
     /// # Errors
     /// [`OutputError::Unreadable`] if there is no such file, [`OutputError::Request`] if it has fewer frames.
     pub fn reopen(path: &Path, frames: usize) -> Result<Self, OutputError> {
-        let text = crate::files::read_text(path, 1 << 30).map_err(OutputError::unreadable("the index of frames", path))?;
+        let text =
+            crate::files::read_text(path, 1 << 30).map_err(OutputError::unreadable("the index of frames", path))?;
         let lines: Vec<&str> = text.lines().filter(|line| line.trim_start().starts_with("<DataSet ")).collect();
         let Some(kept) = lines.get(..frames) else {
             return Err(OutputError::request(

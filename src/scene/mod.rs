@@ -44,7 +44,7 @@ mod read;
 pub mod schema;
 pub mod settings;
 pub(crate) mod sizes;
-mod source;
+pub(crate) mod source;
 mod times;
 mod units;
 

@@ -1,6 +1,6 @@
 //! Checks `[time]`.
 
-use super::document::{AdaptiveText, Document, EffortText, Measure, SchemeText, Spanned, TimeText};
+use super::document::{AdaptiveText, Document, EffortText, Measure, Scalar, SchemeText, Spanned, TimeText};
 use super::findings::{Findings, Span};
 use super::settings::{Adaptive, Effort, Scheme, StepChoice, TimeSettings};
 use super::units::Time;
@@ -117,7 +117,7 @@ fn step(time: &Spanned<TimeText>, findings: &mut Findings<'_>) -> Option<StepCho
     match (&text.step, &text.cfl) {
         (Some(step), None) => {
             let value = findings.positive(step, "step")?;
-            let end = *text.end.get_ref();
+            let end = text.end.get_ref().value();
             if value < end * f64::EPSILON {
                 findings.error(
                     step.span(),

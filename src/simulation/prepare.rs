@@ -56,6 +56,8 @@ pub(super) struct Counts {
     pub particles: f64,
     /// Entries of the lists of neighbours.
     pub pairs: f64,
+    /// Gradient weights that are stored.
+    pub weights: f64,
     pub unknowns: f64,
     /// Entries of the tangent; 0 where it is not assembled.
     pub entries: f64,
@@ -231,35 +233,10 @@ impl<const D: usize> Prepared<D> {
         let implicit = self.stepper.scheme().is_implicit();
         let assembled = implicit && !scene.linear.is_matrix_free();
         let entries = if assembled { model.pattern_entries() } else { 0 };
-<<<<<<< HEAD
-        let tensor = (D * D * 8) as f64;
-        let weights = model.gradient().weights.stored() as f64;
-        let mut memory = pairs * 8.0 + weights * 8.0 * D as f64 + particles as f64 * (5.0 * tensor + 200.0);
-        if model.upwind().is_some() {
-            memory += pairs * 8.0 * (1 + D) as f64;
-        }
-        if let Some(hourglass) = model.hourglass() {
-            memory += hourglass.entries() as f64 * 8.0;
-        }
-        if implicit && !assembled {
-            // Tangents of the stress, work space of the action, vectors of the iteration.
-            memory += particles as f64 * (tensor * tensor / 16.0 + 3.0 * tensor + 20.0 * D as f64 * 8.0);
-        }
-        if assembled {
-            // Values and columns, held twice (assembled and factored copy), slots, and a factor whose
-            // fill grows as n log n in 2D and n^(4/3) in 3D.
-            let n = self.unknowns() as f64;
-            let fill = match D {
-                1 => 3.0 * entries as f64,
-                2 => entries as f64 * (1.0 + 0.6 * n.max(2.0).log2()),
-                _ => entries as f64 * n.max(1.0).powf(1.0 / 3.0),
-            };
-            memory += entries as f64 * 32.0 + fill * 12.0 + pairs * pairs / particles.max(1) as f64 * 4.0;
-        }
-=======
         let counts = Counts {
             particles: particles as f64,
             pairs,
+            weights: model.gradient().weights.stored() as f64,
             unknowns: self.unknowns() as f64,
             entries: entries as f64,
             hourglass_entries: model.hourglass().map_or(0.0, |hourglass| hourglass.entries() as f64),
@@ -267,7 +244,6 @@ impl<const D: usize> Prepared<D> {
             implicit,
             assembled,
         };
->>>>>>> reliable
         let step = first_step(&scene.time, self.explicit_step_limit);
         Forecast {
             particles,

@@ -5,6 +5,9 @@ use crate::tensor::Vector;
 
 type Fail = PointError;
 
+/// Longest line of numbers, bytes.
+const LONGEST_LINE: usize = 1 << 20;
+
 fn fail(line: usize, message: impl Into<String>, remedy: &str) -> Fail {
     PointError { line, column: 1, length: 1, message: message.into(), remedy: remedy.to_owned() }
 }
@@ -86,6 +89,9 @@ impl<'a> Reader<'a> {
     /// The numbers of the next line, at least so many.
     fn row<T: std::str::FromStr>(&mut self, least: usize) -> Result<Vec<T>, Fail> {
         let line = self.need()?;
+        if line.len() > LONGEST_LINE {
+            return Err(fail(self.line, "a line that is too long for a mesh", "export it from Gmsh again"));
+        }
         let row: Option<Vec<T>> = line.split_whitespace().map(|word| word.parse().ok()).collect();
         row.filter(|row| row.len() >= least).ok_or_else(|| {
             let shown: String = line.trim().chars().take(40).collect();

@@ -8,12 +8,8 @@ use nalgebra::SVector;
 
 use super::shapes::{Filled, Plan, Shape, plan};
 use super::{material, name, stabilisation};
-<<<<<<< HEAD
 use crate::geometry::{BoxLattice, Group, number_along_curve, stencil_volumes};
-=======
-use crate::geometry::{BoxLattice, Group, stencil_volumes};
 use crate::kernel;
->>>>>>> reliable
 use crate::scene::document::{BodyText, Document, Spanned, VolumeText};
 use crate::scene::findings::{Findings, Span};
 use crate::scene::sizes::{Accept, BodySize};

@@ -219,7 +219,9 @@ pub(super) fn in_file(path: &Path, content: &str, error: PointError) -> SceneErr
         return SceneError::of_file(origin, error.message, error.remedy);
     }
     let line = content.lines().nth(error.line.saturating_sub(1));
-    let shown = |line: &str| line.chars().take(LONGEST_SHOWN).map(|letter| if letter.is_control() { ' ' } else { letter }).collect();
+    let shown = |line: &str| {
+        line.chars().take(LONGEST_SHOWN).map(|letter| if letter.is_control() { ' ' } else { letter }).collect()
+    };
     SceneError {
         origin,
         line: Some(error.line),

@@ -21,8 +21,8 @@ use std::path::Path;
 use nalgebra::SVector;
 
 use super::document::Document;
-use super::sizes::Accept;
 use super::findings::Findings;
+use super::sizes::Accept;
 use crate::expression::closest;
 use crate::setup::{Particles, Setup};
 use bodies::Bodies;

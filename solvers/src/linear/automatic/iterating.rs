@@ -132,6 +132,6 @@ mod tests {
         assert_eq!(Iterating::new(false).before_multigrid(1e-3, 1e4), None);
         state.learn(10, 1e-3);
         state.take_multigrid();
-        assert!(!state.learn(7, 1e-3) && state.learn(8, 1e-3), "dearer than block Jacobi");
+        assert!(!state.learn(8, 1e-3) && state.learn(9, 1e-3), "dearer than block Jacobi");
     }
 }
