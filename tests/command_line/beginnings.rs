@@ -44,10 +44,10 @@ fn every_template_is_checked_and_runs() {
         // Two steps, or increments; half the particles per direction where there are many.
         let short = match name {
             "cantilever" => &["time.end=2e-3"][..],
-            "impact" => &["time.end=4e-5"],
+            "impact" => &["time.end=2e-4"],
             "dam-break" => &["time.end=0.01"],
             "stl-part" => &["time.end=2e-5", "body.0.spacing=0.008"],
-            _ => &["time.step=0.5"],
+            _ => &["time.end=0.2"],
         };
         let answer = run(&file, &out, &[short, &["output.plots=false"]].concat(), &["--quiet"]);
         assert_eq!((answer.code, answer.complained.as_str()), (0, ""), "{name}");

@@ -66,7 +66,7 @@ fn names_and_functions() {
         ("name = \"lid\"\nbody = \"column\"", "name = \"lid\"\nbody = ▶\"colum\"", "no body 'colum'", "mean 'column'?"),
         ("body = \"block\"\n[exact]", "body = ▶\"Block\"\n[exact]", "no body 'Block'", "did you mean 'block'?"),
         (LID, "displacement = { y = \"0.1*▶sine(t)\" }", "unknown function `sine`", "did you mean `sin(…)`?"),
-        (LID, "displacement = { y = \"0.1*▶smooth_step(t)\" }", "unknown function", "did you mean `"),
+        (LID, "displacement = { y = \"0.1*▶sqr(t)\" }", "unknown function `sqr`", "did you mean `sqrt(…)`?"),
         (LID, "displacement = { y = \"0.1*sin(▶time)\" }", "unknown name `time`", "the time is `t`"),
         (LID, "displacement = { y = \"0.1*sin(▶x)\" }", "unknown name `x`", "use `X`"),
         (LID, "displacement = { y = \"sin(▶PI*t)\" }", "unknown name `PI`", "write `pi`"),
