@@ -169,6 +169,11 @@ fn tables() {
 }
 
 #[test]
+fn checkpoints() {
+    tried("checkpoint", 3000);
+}
+
+#[test]
 fn frames() {
     tried("frame", 10_000);
 }

@@ -10,6 +10,8 @@ mod case;
 mod motion;
 #[path = "properties/statics.rs"]
 mod statics;
+#[path = "properties/text.rs"]
+mod text;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

@@ -32,7 +32,7 @@ pub fn spares_directory(scene: &Scene, directory: &Path) -> Result<(), String> {
     let taken = |input: &PathBuf| {
         let name = input.file_name().unwrap_or_default().to_string_lossy();
         let frame = name.starts_with("fields-") && name.ends_with(".vtu");
-        input.parent() == Some(&place) && (frame || WRITTEN.contains(&&*name))
+        input.parent() == Some(place.as_path()) && (frame || WRITTEN.contains(&&*name))
     };
     match inputs(scene).find(taken) {
         None => Ok(()),

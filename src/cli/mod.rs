@@ -6,6 +6,9 @@
 //! Exit codes: 0 done; 2 wrong usage or scene; 3 the simulation failed numerically (or the disk
 //! refused), with the results so far on disk; 130 interrupted (Ctrl-C, SIGTERM), with a checkpoint.
 
+#[macro_use]
+mod standard;
+
 mod check;
 mod collect;
 mod completions;
@@ -34,6 +37,9 @@ use console::complain;
 use crate::machine::available_memory;
 use crate::scene::Scene;
 use crate::simulation::{RunError, RunOptions};
+
+/// Most threads of a run.
+const MOST_THREADS: usize = 4096;
 
 /// Everything was done.
 pub const DONE: u8 = 0;
@@ -143,6 +149,17 @@ struct SceneArguments {
 
 /// Runs the command line and returns the exit code.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let code = obey(arguments);
+    match standard::lost() {
+        Some(error) if code == DONE => {
+            complain(&format!("standard output cannot be written: {error}; what was printed is not complete"));
+            FAILED
+        }
+        _ => code,
+    }
+}
+
+fn obey(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let parsed = match Arguments::try_parse_from(&arguments) {
         Ok(parsed) => parsed,
@@ -226,6 +243,10 @@ fn overrides(texts: &[String]) -> Result<Vec<(String, String)>, ()> {
 fn in_pool(threads: Option<usize>, then: impl FnOnce() -> u8 + Send) -> u8 {
     if threads == Some(0) {
         complain("--threads 0: at least one thread is needed");
+        return WRONG_INPUT;
+    }
+    if let Some(threads) = threads.filter(|threads| *threads > MOST_THREADS) {
+        complain(&format!("--threads {threads}: {MOST_THREADS} are the most; more than there are cores gain nothing"));
         return WRONG_INPUT;
     }
     match rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build() {

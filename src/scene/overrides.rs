@@ -12,6 +12,9 @@ use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike,
 use super::findings::{Findings, Span};
 use crate::expression::closest;
 
+/// Most parts of a key: no scene has more, and the stack must not be exhausted.
+const DEEPEST: usize = 40;
+
 /// One override, taken apart.
 struct Override<'a> {
     path: Vec<&'a str>,
@@ -52,6 +55,10 @@ impl<'a> Overrides<'a> {
                 .collect();
             if let Some(empty) = key.split('.').position(|part| part.trim().is_empty()) {
                 findings.error(parts[empty].clone(), "a part of the key is empty", "write `--set time.step=0.1`");
+                continue;
+            }
+            if parts.len() > DEEPEST {
+                findings.error(start..start + key.len(), "the key has too many parts", "write `--set time.step=0.1`");
                 continue;
             }
             let start = start + key.len() + 1;

@@ -54,7 +54,7 @@ impl Source {
         let is_file = start == 0;
         let (line, column, length, source) = place(text, span.start - start, span.end.saturating_sub(start));
         SceneError {
-            origin: if is_file { self.name.clone() } else { format!("--set {}", printable(text)) },
+            origin: if is_file { self.name.clone() } else { format!("--set {}", shortened(&printable(text))) },
             line: is_file.then_some(line),
             column: Some(column),
             source_line: Some(source),
@@ -67,6 +67,15 @@ impl Source {
     fn part(&self, position: usize) -> (usize, &str) {
         let found = self.overrides.iter().rev().find(|(start, _)| position >= *start);
         found.map_or((0, self.text.as_str()), |(start, text)| (*start, text.as_str()))
+    }
+}
+
+/// The beginning of a long text.
+fn shortened(text: &str) -> String {
+    const LONGEST: usize = 100;
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
     }
 }
 

@@ -197,7 +197,7 @@ impl Checkpoint {
 /// The files of a scene with their marks.
 pub(super) fn inputs(scene: &Scene) -> Vec<InputFile> {
     let mark = |file: String| {
-        let content = std::fs::read(scene.base().join(&file));
+        let content = crate::files::read(&scene.base().join(&file), 1 << 33);
         InputFile { file, blake3: content.map(|bytes| blake3::hash(&bytes).to_hex().to_string()).unwrap_or_default() }
     };
     scene.files().into_iter().map(mark).collect()

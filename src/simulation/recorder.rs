@@ -308,6 +308,20 @@ impl<const D: usize> Recorder<D> {
         clocks: &Clocks,
     ) -> Result<Report, RunError> {
         let start = Instant::now();
+        // A disk that has no room for a picture may have some for the report.
+        let drawn = self.draw(prepared);
+        self.writing += start.elapsed();
+        let mut report = self.report(prepared, status, message, clocks);
+        report.bottleneck = Bottleneck::of(&report);
+        report.warnings.extend(self.hourglass_warning(prepared.state.time));
+        if let Some(directory) = &self.directory {
+            report.write(directory)?;
+        }
+        drawn.map(|()| report)
+    }
+
+    /// Writes the last frame and the plots.
+    fn draw(&mut self, prepared: &Prepared<D>) -> Result<(), RunError> {
         if self.last_frame < prepared.state.time {
             self.frame(prepared)?;
         }
@@ -318,13 +332,6 @@ impl<const D: usize> Recorder<D> {
             self.probe_columns.write(&directory)?;
             draw_particles(&prepared.model, prepared.state.time, &prepared.state.values, &directory.join("particles"))?;
         }
-        self.writing += start.elapsed();
-        let mut report = self.report(prepared, status, message, clocks);
-        report.bottleneck = Bottleneck::of(&report);
-        report.warnings.extend(self.hourglass_warning(prepared.state.time));
-        if let Some(directory) = &self.directory {
-            report.write(directory)?;
-        }
-        Ok(report)
+        Ok(())
     }
 }

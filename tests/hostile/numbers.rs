@@ -152,7 +152,7 @@ fn texts_nested_without_end() {
 #[test]
 fn overrides_made_to_break_things() {
     let place = Place::new();
-    let deep = format!("title={}", "[".repeat(50_000));
+    let deep = format!("time.step={}", "[".repeat(50_000));
     let keys = format!("{}=1", "a.".repeat(50_000));
     for set in [
         "",
@@ -166,14 +166,9 @@ fn overrides_made_to_break_things() {
         "time=",
         "time.step=\n",
         "time.step=[",
-        "\u{0}",
-        "title=\"\\u0000",
         &deep,
         &keys,
     ] {
-        if set.contains('\0') {
-            continue;
-        }
         let answer = on_scene(&place, "check", &["--set", set]);
         super::refused(&place, &set[..set.len().min(40)], &answer, &[]);
     }

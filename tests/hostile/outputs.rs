@@ -76,8 +76,12 @@ fn devices_that_are_full_are_told() {
     let picture = nicolson(&place.path(""), &["render", "out", "--out", "/proc/none/picture.png"]);
     complains("a picture", &picture, 3, &["/proc/none/picture.png", "; "]);
     // Standard output that nobody reads, or that is full.
-    let quiet = after("exec >/dev/full", &place.path(""), &["check", "scene.toml"]);
-    assert!(quiet.code >= 0, "no signal: {}", quiet.complained);
+    let full = after("exec >/dev/full", &place.path(""), &["check", "scene.toml"]);
+    complains("standard output", &full, 3, &["error: ", "standard output", "not complete"]);
+    assert_eq!(after("exec 2>/dev/full", &place.path(""), &["check", "absent.toml"]).code, 2);
+    assert_eq!(after("exec >&-", &place.path(""), &["check", "scene.toml"]).code, 0);
+    let left = Command::new("sh").args(["-c", "\"$0\" list examples | true", env!("CARGO_BIN_EXE_nicolson")]).output();
+    assert!(left.expect("a shell").stderr.is_empty(), "a reader that leaves is no mistake");
 }
 
 #[test]

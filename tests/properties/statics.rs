@@ -87,7 +87,7 @@ fn momenta_of<const D: usize>(case: &Case, model: &mut Model<D>, state: &[f64]) 
 fn summands<const D: usize>(case: &Case, model: &Model<D>) -> f64 {
     let volumes = &model.setup().particles.volumes;
     let gradient = model.gradient();
-    let weights = |a: usize| gradient.neighbourhood.row(a).map(|entry| gradient.weights[entry].norm()).sum::<f64>();
+    let weights = |a: usize| gradient.weights_of(a).iter().map(|weight| weight.norm()).sum::<f64>();
     let law = model.material(0);
     let modulus = law.density * law.wave_speed().powi(2);
     (case.strain + case.rate).max(1e-3) * modulus * (0..volumes.len()).map(|a| volumes[a] * weights(a)).sum::<f64>()
@@ -109,14 +109,14 @@ fn energy_of<const D: usize>(case: &Case, model: &mut Model<D>, state: &[f64]) -
         size += (force * way).abs();
     }
     let size = size.max(1e-2 * summands(case, model) * model.smallest_distance());
-    let mut stored = |epsilon: f64| {
+    let stored = |epsilon: f64| {
         let moved: Vec<f64> =
             state.iter().enumerate().map(|(i, y)| y + epsilon * direction.get(i).unwrap_or(&0.0)).collect();
         let energies = model.energies(&moved);
         energies.internal + energies.hourglass
     };
     let scale = stored(0.0).abs();
-    let mut error = |epsilon: f64| {
+    let error = |epsilon: f64| {
         let change = stored(epsilon) - stored(-epsilon);
         ((change / (2.0 * epsilon) + power).abs() / size, 1e-14 * scale / (epsilon * size))
     };

@@ -223,8 +223,8 @@ fn a_disk_that_refuses_a_checkpoint_leaves_the_older_ones() {
     let before = checkpoints(&out);
     // No file may be as long as a checkpoint: as on a full disk, writing ends in an error.
     let limit = fs::metadata(&before[1]).expect("a file").len() / 1024 - 1;
-    let script =
-        format!("trap '' XFSZ; ulimit -f {limit}; exec \"$0\" restart \"$1\" --quiet --set output.plots=false");
+    let changes = "--set output.plots=false --set output.interval=10";
+    let script = format!("trap '' XFSZ; ulimit -f {limit}; exec \"$0\" restart \"$1\" --quiet {changes}");
     let output = Command::new("bash").args(["-c", &script, env!("CARGO_BIN_EXE_nicolson")]).arg(&out).output();
     let output = output.expect("a shell");
     let complained = String::from_utf8_lossy(&output.stderr);

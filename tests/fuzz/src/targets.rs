@@ -1,15 +1,17 @@
 //! What is fuzzed: plain functions of bytes, which `tests/corpus.rs` runs over the corpus as well. Whatever the bytes, no
 //! panic, and every mistake has words.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
 use nicolson::expression::Expression;
 use nicolson::geometry::{
     MeshPoints, PointError, Surface, mesh_particles, read_faces, read_msh, read_points, read_stl, read_vtu,
 };
 use nicolson::model::Model;
-use nicolson::output::{StoredFrame, StoredTable};
+use nicolson::output::{StoredFrame, StoredTable, parse_container};
 use nicolson::scene::{Scene, SceneErrors};
+use nicolson::simulation::{Checkpoint, RunOptions, Silent, restart};
 use nicolson::tensor::Vector;
 
 /// A reader, and the folder of `corpus/` with its seeds.
@@ -30,6 +32,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "vtu", run: vtu },
     Target { name: "table", run: table },
     Target { name: "frame", run: frame },
+    Target { name: "checkpoint", run: checkpoint },
 ];
 
 /// Most particles of a scene: what is looked for depends on the text, not on the size.
@@ -204,4 +207,29 @@ fn frame(data: &[u8]) {
         }
     }
     let _ = frame.provenance();
+}
+
+/// Checkpoints: the file, and with any checksum what a run makes of its content before its first step.
+fn checkpoint(data: &[u8]) {
+    let path = Path::new("step-0000000001.safetensors");
+    if let Err(error) = parse_container(path, data, true) {
+        assert!(!error.to_string().is_empty());
+    }
+    let Ok((about, arrays)) = parse_container(path, data, false) else { return };
+    let Ok(about) = serde_json::from_str(&about) else { return };
+    let checkpoint = Checkpoint { path: PathBuf::from(path), about, arrays };
+    let scene = match checkpoint.scene(&[]) {
+        Ok(scene) => scene,
+        Err(errors) => return explained(&errors),
+    };
+    let small = match scene.dimension() {
+        1 => scene.setup_within::<1>(MOST_PARTICLES).is_ok(),
+        2 => scene.setup_within::<2>(MOST_PARTICLES).is_ok(),
+        _ => scene.setup_within::<3>(MOST_PARTICLES).is_ok(),
+    };
+    if small {
+        let interrupted = AtomicBool::new(true);
+        let outcome = restart(&scene, &checkpoint, false, &RunOptions::default(), &mut Silent, &interrupted);
+        assert!(outcome.map_or_else(|error| !error.to_string().is_empty(), |_| true));
+    }
 }
