@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use nicolson::scene::Scene;
+use nicolson::study::Study;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -208,6 +209,10 @@ fn commands_are_understood() {
                 command.iter().filter(|word| word.starts_with("--") || **word == command[0]).cloned().collect();
             if options.insert(shape) {
                 understood(&command).unwrap_or_else(|error| panic!("{what}\n{error}"));
+            }
+            if let Some(study) = command.iter().find(|word| word.starts_with("examples/studies/")) {
+                Study::read(&root().join(study)).unwrap_or_else(|errors| panic!("{what}\n{errors}"));
+                continue;
             }
             let Some(scene) = command.iter().find(|word| word.starts_with("examples/") && word.ends_with(".toml"))
             else {
