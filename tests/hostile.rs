@@ -156,5 +156,5 @@ pub fn done(case: &str, answer: &Answer) {
 
 /// Arguments of any kind.
 pub fn arguments(parts: &[&dyn AsRef<OsStr>]) -> Vec<OsString> {
-    parts.iter().map(|part| part.as_ref().as_ref().to_owned()).collect()
+    parts.iter().map(|part| AsRef::<OsStr>::as_ref(*part).to_owned()).collect()
 }
