@@ -156,5 +156,6 @@ pub fn done(case: &str, answer: &Answer) {
 
 /// Arguments of any kind.
 pub fn arguments(parts: &[&dyn AsRef<OsStr>]) -> Vec<OsString> {
-    parts.iter().map(|part| part.as_ref().as_ref().to_owned()).collect()
+    let owned = |part: &&dyn AsRef<OsStr>| -> OsString { (**part).as_ref().to_owned() };
+    parts.iter().map(owned).collect()
 }
