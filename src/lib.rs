@@ -21,7 +21,10 @@
 //! volume       J̇_a = H_a : L_a + D_p,a
 //! motion       u̇_a = v_a
 //! upwinding    V_a D_v,a = τ_v Σ_b V_a V_b ρ c (n⊗n)(v⁺ − v⁻)(N·g)                     D_p likewise, for p
-//! laws         p = −κ(J − 1)          or   p = κ(J^−γ − 1),  γ ≥ 1
+//! laws         p = −κ(J − 1)          or   p = κ(J^−γ − 1),  γ ≥ 1                     fluids
+//!              P = ∂ψ/∂F: St Venant–Kirchhoff, neo-Hookean, Mooney–Rivlin, linear elastic; a nearly incompressible
+//!              law with p from J and its deviator from F; Kelvin–Voigt viscosity            solids
+//! hourglass    Π = ¼ Σ_a Σ_b k_ab |F_a X_ab − x_ab|²                                         solids
 //! ```
 //!
 //! The force uses the transposed weights `g_ba`: that conserves linear momentum, and makes the force the gradient
@@ -36,6 +39,10 @@
 //!
 //! or, for the energy–momentum scheme, a step in which `(ψ₁ − ψ₀)/(J₁ − J₀)` takes the place of `−p`: total energy
 //! then is constant whatever the step.
+//!
+//! ```text
+//! conserving   x₁ − x₀ = Δt v̄,   P* = (ψ₁ − ψ₀)/(J₁ − J₀) H*,   H* : (F₁ − F₀) = J₁ − J₀
+//! ```
 //!
 //! # The layers
 //!
@@ -58,6 +65,8 @@
 //! | [`cli`] | the `nicolson` command; the only place that prints | |
 //!
 //! # An example
+//!
+//! The [guide] goes on from here: steps by hand, rates, tangents, problems without a scene.
 //!
 //! A bar, clamped at `X = 0`, starts in its lowest mode, whose exact motion is known. Nothing is written.
 //!
@@ -109,7 +118,7 @@
 //! # Choosing a discretisation
 //!
 //! `cargo run --release --example discretisation_study` measures errors of static loads and frequencies, spurious modes
-//! and costs for kernels, smoothing lengths (0.9 to 2.0 spacings), layouts, weights, hourglass control and clouds; the README
+//! and costs for kernels, smoothing lengths (0.9 to 2.0 spacings), layouts, weights, hourglass control and clouds; `examples/discretisation.md`
 //! has a table. For solids: cubic spline, `smoothing = 1.0` (the default 1.2 costs 4.5 times as much and is no more accurate;
 //! 0.9 loses balanced rings), balanced weights, `volumes = "stencil"` for `cell` layouts, and the default of the
 //! [hourglass control](stabilisation::default_hourglass), which follows from the weights.
@@ -132,6 +141,7 @@ pub mod discretisation;
 pub mod expression;
 mod files;
 pub mod geometry;
+pub mod guide;
 pub mod kernel;
 pub mod machine;
 pub mod material;

@@ -157,6 +157,5 @@ pub fn done(case: &str, answer: &Answer) {
 
 /// Arguments of any kind.
 pub fn arguments(parts: &[&dyn AsRef<OsStr>]) -> Vec<OsString> {
-    let owned = |part: &&dyn AsRef<OsStr>| -> OsString { (**part).as_ref().to_owned() };
-    parts.iter().map(owned).collect()
+    parts.iter().map(|part| AsRef::<OsStr>::as_ref(*part).to_owned()).collect()
 }

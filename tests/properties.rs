@@ -19,8 +19,11 @@ use case::Case;
 
 /// What a check found: a figure of which the worst is shown, no verdict (the scene is impossible), or a failure.
 pub enum Verdict {
+    /// It holds, with this figure.
     Holds(f64),
+    /// There is no such scene, and why.
     Impossible(String),
+    /// It does not hold, and why.
     Fails(String),
 }
 

@@ -41,7 +41,7 @@ impl<const D: usize> StepStart<D> {
     pub(super) const NUMBERS: usize = D * D + 2;
 
     /// The deformation gradient by columns, and the rest.
-    pub(super) fn to_numbers(&self) -> impl Iterator<Item = f64> {
+    pub(super) fn numbers(&self) -> impl Iterator<Item = f64> {
         self.deformation.iter().copied().chain([self.volume_ratio, self.ratio])
     }
 

@@ -23,7 +23,7 @@ impl<const D: usize> Model<D> {
         point.put_reals("stage", [stage.time, stage.shift]);
         point.put_reals("base", &stage.base[..]);
         point.put_reals("unknowns", &stage.evaluated[..]);
-        point.put_reals("start", stage.start.iter().flat_map(StepStart::to_numbers).collect::<Vec<_>>());
+        point.put_reals("start", stage.start.iter().flat_map(StepStart::numbers).collect::<Vec<_>>());
         point
     }
 

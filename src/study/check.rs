@@ -82,7 +82,8 @@ impl Study {
 
     /// Notes the mistakes of all cases, each once.
     fn explain(&self, chosen: &[Case], looked: &[Looked], findings: &mut Findings<'_>) {
-        let mut noted: HashMap<(String, String), Vec<(Option<Span>, &Case, &SceneError)>> = HashMap::new();
+        type Occurrences<'c> = Vec<(Option<Span>, &'c Case, &'c SceneError)>;
+        let mut noted: HashMap<(String, String), Occurrences<'_>> = HashMap::new();
         let mut order = Vec::new();
         for (case, (result, _)) in chosen.iter().zip(looked) {
             for error in result.as_ref().err().into_iter().flatten() {

@@ -112,7 +112,7 @@ fn piston_with(weights: &str, smoothing: f64, cells: usize, more: (&str, String)
         ("output.interval", period.to_string()),
     ]
     .map(|(key, value)| (key.to_owned(), value));
-    let text = include_str!("../examples/piston-elastic.toml");
+    let text = include_str!("../../examples/piston-elastic.toml");
     let scene = Scene::parse(text, "piston-elastic.toml", Path::new("examples"), &overrides).expect("scene");
     let outcome = run(&scene, &RunOptions::default(), &mut Silent, &AtomicBool::new(false)).expect("run");
     // The mean square of sin over a quarter of a wave is a half.

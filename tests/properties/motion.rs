@@ -146,7 +146,6 @@ pub fn agree(case: &Case) -> Verdict {
 }
 
 /// The state at the end.
-#[expect(clippy::type_complexity, reason = "a scene that cannot be built, and a run that fails")]
 fn end<const D: usize>(case: &Case) -> Result<Result<(usize, Vec<f64>), String>, String> {
     let mut run = built::<D>(case)?;
     while run.state.time < run.end {

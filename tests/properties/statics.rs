@@ -87,9 +87,7 @@ fn momenta_of<const D: usize>(case: &Case, model: &mut Model<D>, state: &[f64]) 
 fn summands<const D: usize>(case: &Case, model: &Model<D>) -> f64 {
     let volumes = &model.setup().particles.volumes;
     let gradient = model.gradient();
-    let weights = |a: usize| {
-        gradient.weights.row(a, gradient.neighbourhood.row(a)).iter().map(|weight| weight.norm()).sum::<f64>()
-    };
+    let weights = |a: usize| gradient.weights_of(a).iter().map(|weight| weight.norm()).sum::<f64>();
     let law = model.material(0);
     let modulus = law.density * law.wave_speed().powi(2);
     (case.strain + case.rate).max(1e-3) * modulus * (0..volumes.len()).map(|a| volumes[a] * weights(a)).sum::<f64>()

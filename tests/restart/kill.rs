@@ -56,8 +56,11 @@ fn a_run_that_is_killed_at_any_moment_ends_with_the_same_bytes() {
     let place = tempfile::tempdir().expect("a directory");
     let scene = place.path().join("bar.toml");
     // Mostly output: a checkpoint every other step, a frame every fourth.
-    let text =
-        BAR.replace("every_steps = 10", "every_steps = 2").replace("interval = 0.05", "interval = 0.02\nplots = false");
+    let text = BAR
+        .replace("every_steps = 10", "every_steps = 2")
+        .replace("interval = 0.05", "interval = 0.02\nplots = false")
+        .replace("end = 0.5", "end = 0.1")
+        .replace("[21, 4]", "[11, 3]");
     fs::write(&scene, text).expect("a scene");
     let whole = place.path().join("whole");
     let clock = Instant::now();

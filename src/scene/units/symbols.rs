@@ -37,8 +37,8 @@ const SYMBOLS: [Symbol; 26] = [
     ("lb", 45_359_237.0, -8, MASS, false),
     ("slug", 14.593_902_937_206_364, 0, MASS, false),
     ("lbf", 44_482_216_152_605.0, -13, FORCE, false),
-    ("psi", 6894.757_293_168_361, 0, PRESSURE, false),
-    ("ksi", 6894.757_293_168_361, 3, PRESSURE, false),
+    ("psi", 6_894.757_293_168_361, 0, PRESSURE, false),
+    ("ksi", 6_894.757_293_168_361, 3, PRESSURE, false),
     ("atm", 101_325.0, 0, PRESSURE, false),
     ("kip", 44_482_216_152_605.0, -10, FORCE, false),
 ];
