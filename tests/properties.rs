@@ -2,7 +2,7 @@
 //! agreement of schemes. What fails is made as plain as it still fails, and its scene is printed.
 //!
 //! `NICOLSON_PROPERTY_CASES=10` tries ten times as many cases, `NICOLSON_PROPERTY_SEED=7` others.
-#![allow(clippy::print_stdout, reason = "the worst figures are results, shown by --nocapture")]
+#![allow(missing_docs, clippy::print_stdout, reason = "the worst figures are results, shown by --nocapture")]
 
 #[path = "properties/case.rs"]
 mod case;

@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::msh::{Element, Form, Mesh};
 use crate::setup::{Face, Particles};
-use crate::tensor::{Tensor, Vector, determinant};
+use crate::tensor::{Tensor, Vector, coordinates, determinant};
 
 /// Which points of a mesh become particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -156,6 +156,10 @@ pub fn mesh_particles<const D: usize>(
         }
     }
     let mut particles = builder.particles;
+    // A cell that is turned inside out somewhere may take more from a node than the others give.
+    if let Some(at) = particles.volumes.iter().position(|volume| !(volume.is_finite() && *volume > 0.0)) {
+        return Err(MeshedError::NoVolume(coordinates(&particles.positions[at])));
+    }
     let volume: f64 = particles.volumes.iter().sum();
     let kernel_volume = volume / particles.volumes.len() as f64;
     particles.kernel_volumes = vec![kernel_volume; particles.volumes.len()];

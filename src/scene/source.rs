@@ -54,12 +54,12 @@ impl Source {
         let is_file = start == 0;
         let (line, column, length, source) = place(text, span.start - start, span.end.saturating_sub(start));
         SceneError {
-            origin: if is_file { self.name.clone() } else { format!("--set {}", shortened(&printable(text))) },
+            origin: if is_file { self.name.clone() } else { format!("--set {}", shortened(&printable(text), 100)) },
             line: is_file.then_some(line),
             column: Some(column),
             source_line: Some(source),
             length,
-            message,
+            message: shortened(&message, 1000),
             remedy,
         }
     }
@@ -71,9 +71,8 @@ impl Source {
 }
 
 /// The beginning of a long text.
-fn shortened(text: &str) -> String {
-    const LONGEST: usize = 100;
-    match text.char_indices().nth(LONGEST) {
+fn shortened(text: &str, longest: usize) -> String {
+    match text.char_indices().nth(longest) {
         Some((end, _)) => format!("{}…", &text[..end]),
         None => text.to_owned(),
     }

@@ -141,7 +141,7 @@ pub fn agree(case: &Case) -> Verdict {
         let (coarse, fine) = (coarse?, fine?);
         let what = format!("{explicit:?} and {implicit:?}: {coarse:e}, with a quarter of the step {fine:e}");
         // A factor of 4^order, and half of it for what comes after the leading term; Newton's tolerance at the end.
-        if fine <= coarse / (0.5 * 4.0_f64.powi(order)) + 1e-10 && fine < 0.01 { Ok(fine) } else { Err(what) }
+        if fine <= coarse / (0.5 * 4.0_f64.powi(order)) + 1e-10 && fine < 0.2 { Ok(fine) } else { Err(what) }
     }))
 }
 
@@ -164,5 +164,5 @@ fn distance(case: &Case, one: &(usize, Vec<f64>), other: &(usize, Vec<f64>)) -> 
         let squares = (from..from + n).map(|i| ((one.1[i] - other.1[i]) / unit).powi(2));
         (squares.sum::<f64>() / n as f64).sqrt()
     };
-    (part(0, case.size()) + part(n, case.speed())) / case.strain.max(case.rate)
+    (part(0, case.size()) + part(n, case.speed())) / case.strain.max(case.rate).max(1e-3)
 }
