@@ -48,7 +48,7 @@ plots = false
 "#;
 
 /// [`SCENE`] with replacements.
-pub fn scene(changes: &[(&str, &str)]) -> String {
+fn scene(changes: &[(&str, &str)]) -> String {
     changes.iter().fold(SCENE.to_owned(), |text, (old, new)| {
         assert!(text.contains(old), "{old}");
         text.replacen(old, new, 1)
@@ -56,22 +56,22 @@ pub fn scene(changes: &[(&str, &str)]) -> String {
 }
 
 /// A directory with a scene `scene.toml` in it.
-pub struct Place {
+struct Place {
     directory: tempfile::TempDir,
 }
 
 impl Place {
-    pub fn new() -> Self {
+    fn new() -> Self {
         let place = Self { directory: tempfile::tempdir().expect("a directory") };
         place.file("scene.toml", SCENE.as_bytes());
         place
     }
 
-    pub fn path(&self, name: impl AsRef<Path>) -> PathBuf {
+    fn path(&self, name: impl AsRef<Path>) -> PathBuf {
         self.directory.path().join(name)
     }
 
-    pub fn file(&self, name: impl AsRef<Path>, content: impl AsRef<[u8]>) -> PathBuf {
+    fn file(&self, name: impl AsRef<Path>, content: impl AsRef<[u8]>) -> PathBuf {
         let path = self.path(name);
         fs::write(&path, content).expect("a file");
         path
@@ -79,14 +79,14 @@ impl Place {
 }
 
 /// What a run of the program left behind.
-pub struct Answer {
-    pub code: i32,
-    pub said: String,
-    pub complained: String,
+struct Answer {
+    code: i32,
+    said: String,
+    complained: String,
 }
 
 /// Runs the program in a directory, after commands of the shell such as limits.
-pub fn after<S: AsRef<OsStr>>(limits: &str, directory: &Path, arguments: &[S]) -> Answer {
+fn after<S: AsRef<OsStr>>(limits: &str, directory: &Path, arguments: &[S]) -> Answer {
     let start = Instant::now();
     let program = env!("CARGO_BIN_EXE_nicolson");
     let mut child = Command::new("sh")
@@ -116,12 +116,12 @@ pub fn after<S: AsRef<OsStr>>(limits: &str, directory: &Path, arguments: &[S]) -
 }
 
 /// Runs the program with little memory.
-pub fn nicolson<S: AsRef<OsStr>>(directory: &Path, arguments: &[S]) -> Answer {
+fn nicolson<S: AsRef<OsStr>>(directory: &Path, arguments: &[S]) -> Answer {
     after(&format!("ulimit -v {MOST_SPACE}"), directory, arguments)
 }
 
 /// `COMMAND scene.toml` with more arguments.
-pub fn on_scene(place: &Place, command: &str, more: &[&str]) -> Answer {
+fn on_scene(place: &Place, command: &str, more: &[&str]) -> Answer {
     let mut arguments = vec![command, "scene.toml", "--threads", "1"];
     if command == "run" {
         arguments.extend(["--out", "out", "--quiet"]);
@@ -131,7 +131,7 @@ pub fn on_scene(place: &Place, command: &str, more: &[&str]) -> Answer {
 }
 
 /// Exit code 2, an error of some lines with all of these words, and no results.
-pub fn refused(place: &Place, case: &str, answer: &Answer, words: &[&str]) {
+fn refused(place: &Place, case: &str, answer: &Answer, words: &[&str]) {
     assert_eq!(answer.code, 2, "{case}: {}{}", answer.said, answer.complained);
     assert!(answer.complained.starts_with("error: "), "{case}: {}", answer.complained);
     assert!(answer.complained.len() < 20_000, "{case}: {} bytes of complaint", answer.complained.len());
@@ -142,7 +142,7 @@ pub fn refused(place: &Place, case: &str, answer: &Answer, words: &[&str]) {
 }
 
 /// Both `check` and `run` refuse a scene.
-pub fn refused_scene(case: &str, text: impl AsRef<[u8]>, words: &[&str]) {
+fn refused_scene(case: &str, text: impl AsRef<[u8]>, words: &[&str]) {
     let place = Place::new();
     place.file("scene.toml", text);
     for command in ["check", "run"] {
@@ -151,11 +151,11 @@ pub fn refused_scene(case: &str, text: impl AsRef<[u8]>, words: &[&str]) {
 }
 
 /// Done without a complaint.
-pub fn done(case: &str, answer: &Answer) {
+fn done(case: &str, answer: &Answer) {
     assert_eq!((answer.code, answer.complained.as_str()), (0, ""), "{case}: {}", answer.said);
 }
 
 /// Arguments of any kind.
-pub fn arguments(parts: &[&dyn AsRef<OsStr>]) -> Vec<OsString> {
+fn arguments(parts: &[&dyn AsRef<OsStr>]) -> Vec<OsString> {
     parts.iter().map(|part| AsRef::<OsStr>::as_ref(*part).to_owned()).collect()
 }
