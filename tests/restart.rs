@@ -175,5 +175,7 @@ fn large_enough_for_several_threads() {
     }
     // Costly factors in three dimensions: the automatic solver iterates first, and turns when that has cost enough.
     check(&Case::cube("crank_nicolson", 9));
-    check(&Case::cube("backward_euler", 9).set("time.step", "0.2").newton("tangent", "modified"));
+    check(
+        &Case::cube("backward_euler", 9).set("time.step", "0.1").set("time.end", "0.5").newton("tangent", "modified"),
+    );
 }

@@ -5,13 +5,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::DONE;
 use super::render::report_output;
-use super::{DONE, help};
 use crate::study::{Collected, collect};
 
 /// What to collect, as given on the command line.
 #[derive(Debug, Args)]
-#[command(long_about = help::COLLECT, after_long_help = help::COLLECT_EXAMPLES)]
 pub struct CollectArguments {
     /// Directory of a study.
     #[arg(value_name = "STUDY_DIR")]

@@ -8,12 +8,11 @@ use clap::{Args, Command};
 use clap_complete::Shell;
 
 use super::render::report_output;
-use super::{DONE, FAILED, help};
+use super::{DONE, FAILED};
 use crate::output::{OutputError, prepare_directory, write_atomically};
 
 /// For which shell, as given on the command line.
 #[derive(Debug, Args)]
-#[command(long_about = help::COMPLETIONS, after_long_help = help::COMPLETIONS_EXAMPLES)]
 pub struct CompletionsArguments {
     /// Shell.
     shell: Shell,
@@ -21,7 +20,6 @@ pub struct CompletionsArguments {
 
 /// Where the manual goes, as given on the command line.
 #[derive(Debug, Args)]
-#[command(long_about = help::MAN, after_long_help = help::MAN_EXAMPLES)]
 pub struct ManArguments {
     /// Directory for nicolson.1, nicolson-run.1, ….
     #[arg(value_name = "DIR")]

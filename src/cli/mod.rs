@@ -61,6 +61,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Write a commented scene to begin with.
+    #[command(long_about = help::NEW, after_long_help = help::NEW_EXAMPLES)]
     New(new::NewArguments),
     /// Run a scene and write its results.
     #[command(long_about = help::RUN, after_long_help = help::RUN_EXAMPLES)]
@@ -81,6 +82,7 @@ enum Command {
         solve_log: Option<PathBuf>,
     },
     /// Go on from a checkpoint, or from the newest of a directory of results, as if the run had never ended.
+    #[command(long_about = help::RESTART, after_long_help = help::RESTART_EXAMPLES)]
     Restart(restart::RestartArguments),
     /// Validate a scene and predict its cost; runs nothing.
     #[command(long_about = help::CHECK, after_long_help = help::CHECK_EXAMPLES)]
@@ -113,10 +115,13 @@ enum Command {
     #[command(long_about = help::REPORT, after_long_help = help::REPORT_EXAMPLES)]
     Report(report::ReportArguments),
     /// Run one scene with many values of its keys: grids, lists, convergence studies.
+    #[command(long_about = help::SWEEP, after_long_help = help::SWEEP_EXAMPLES)]
     Sweep(sweep::SweepArguments),
     /// Collect the reports of a study into one table.
+    #[command(long_about = help::COLLECT, after_long_help = help::COLLECT_EXAMPLES)]
     Collect(collect::CollectArguments),
     /// Print the JSON Schema of scenes, with which editors complete and check keys.
+    #[command(long_about = help::SCHEMA, after_long_help = help::SCHEMA_EXAMPLES)]
     Schema(schema::SchemaArguments),
     /// List schemes, solvers, laws and kernels, and the scenes of a directory.
     #[command(long_about = help::LIST, after_long_help = help::LIST_EXAMPLES)]
@@ -126,8 +131,10 @@ enum Command {
         directory: PathBuf,
     },
     /// Print a script that completes commands, options and files in a shell.
+    #[command(long_about = help::COMPLETIONS, after_long_help = help::COMPLETIONS_EXAMPLES)]
     Completions(completions::CompletionsArguments),
     /// Write manual pages.
+    #[command(long_about = help::MAN, after_long_help = help::MAN_EXAMPLES)]
     Man(completions::ManArguments),
 }
 

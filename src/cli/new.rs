@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::console::complain;
 use super::render::report_output;
-use super::{DONE, WRONG_INPUT, help};
+use super::{DONE, WRONG_INPUT};
 use crate::expression::closest;
 use crate::output::write_atomically;
 
@@ -60,7 +60,6 @@ const TEMPLATES: [Template; 6] = [
 
 /// What to begin with, as given on the command line.
 #[derive(Debug, Args)]
-#[command(long_about = help::NEW, after_long_help = help::NEW_EXAMPLES)]
 pub struct NewArguments {
     /// Template; --list tells which there are.
     #[arg(value_name = "TEMPLATE", required_unless_present = "list")]

@@ -6,13 +6,12 @@ use clap::Args;
 
 use super::console::{complain, warn};
 use super::run::{Beginning, Listening, run_scene};
-use super::{FAILED, WRONG_INPUT, help, in_pool, overrides};
+use super::{FAILED, WRONG_INPUT, in_pool, overrides};
 use crate::scene::Scene;
 use crate::simulation::{Checkpoint, RunOptions};
 
 /// Arguments of `restart`.
 #[derive(Debug, Args)]
-#[command(long_about = help::RESTART, after_long_help = help::RESTART_EXAMPLES)]
 pub struct RestartArguments {
     /// Checkpoint, or directory of results: its newest checkpoint that can be read.
     #[arg(value_name = "PATH")]

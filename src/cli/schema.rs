@@ -3,12 +3,11 @@
 
 use clap::Args;
 
-use super::{DONE, help};
+use super::DONE;
 use crate::scene::schema;
 
 /// Arguments of `schema`.
 #[derive(Debug, Args)]
-#[command(long_about = help::SCHEMA, after_long_help = help::SCHEMA_EXAMPLES)]
 pub struct SchemaArguments {
     /// Print a page of Markdown with all keys instead.
     #[arg(long)]

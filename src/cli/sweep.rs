@@ -10,7 +10,7 @@ use super::collect::print_collected;
 use super::console::{complain, duration};
 use super::render::report_output;
 use super::signals::listen;
-use super::{DONE, FAILED, INTERRUPTED, WRONG_INPUT, help};
+use super::{DONE, FAILED, INTERRUPTED, WRONG_INPUT};
 use crate::output::{OutputError, Status};
 use crate::study::{CaseState, Event, ReadyCase, Study, SweepOptions, SweepSummary, collect, state_of, sweep};
 
@@ -19,7 +19,6 @@ const TELLING: Duration = Duration::from_secs(10);
 
 /// What to run, as given on the command line.
 #[derive(Debug, Args)]
-#[command(long_about = help::SWEEP, after_long_help = help::SWEEP_EXAMPLES)]
 pub struct SweepArguments {
     /// Study file (TOML): a scene, and what varies in it.
     #[arg(value_name = "STUDY.toml")]

@@ -135,7 +135,8 @@ impl Axis {
         self.exponent = if (1e-2..1e5).contains(&largest) { 0 } else { largest.log10().floor() as i32 };
         for value in values {
             let shown = value * 10f64.powi(-self.exponent);
-            let decimals = (0.01 - shown.log10()).ceil().max(0.0) as usize;
+            // 0.99999… counts as 1.
+            let decimals = (-0.01 - shown.log10()).ceil().max(0.0) as usize;
             if let Some(place) = self.place(value) {
                 self.ticks.push(Tick { place: place.clamp(0.0, 1.0), label: Label::Text(decimal(shown, decimals)) });
             }

@@ -136,7 +136,7 @@ pub(super) fn output(document: &Document, findings: &mut Findings<'_>) -> Output
         if end.is_some_and(|end| value > end) {
             findings.warning(interval.span(), format!("the interval {value} is longer than the computation"));
         }
-        if let Some(end) = end.filter(|end| end / value > MOST_FRAMES) {
+        if let Some(end) = end.filter(|end| end.is_finite() && end / value > MOST_FRAMES) {
             findings.error(
                 interval.span(),
                 format!("an interval of {value} s makes {:.1e} frames, more than {MOST_FRAMES:e}", end / value),

@@ -118,7 +118,7 @@ fn step(time: &Spanned<TimeText>, findings: &mut Findings<'_>) -> Option<StepCho
         (Some(step), None) => {
             let value = findings.positive(step, "step")?;
             let end = text.end.get_ref().value();
-            if value < end * f64::EPSILON {
+            if end.is_finite() && value < end * f64::EPSILON {
                 findings.error(
                     step.span(),
                     format!("a step of {value:e} s is lost in rounding before the end at {end} s"),

@@ -17,7 +17,7 @@ const PROMISED: [(&str, &str); 8] = [
     ("wall_seconds", "assembly factorisation integration ledger other output rate setup solve total"),
     ("bottleneck", "hint part share"),
     ("energy", "dissipated final hourglass_max_fraction initial ledger_error max_relative_drift"),
-    ("provenance", "command commit scene threads version"),
+    ("provenance", "command commit parent_checkpoint scene threads version"),
 ];
 
 fn promised_keys(tree: &Value) {

@@ -131,7 +131,9 @@ fn signals_interrupt_and_the_directory_goes_on_to_the_same_bytes() {
         let all = checkpoints(&out);
         assert_eq!(all.len(), 2, "{all:?}");
         let last = Checkpoint::read(&all[1]).expect("a checkpoint");
-        assert_eq!((last.about.cause.as_str(), last.about.step), ("interrupt", report.steps.accepted));
+        // Where the signal came as one was due anyway, that one serves.
+        assert!(["interrupt", "steps"].contains(&last.about.cause.as_str()), "{}", last.about.cause);
+        assert_eq!(last.about.step, report.steps.accepted);
 
         let answer = nicolson(&["restart".as_ref(), out.as_os_str(), "--threads".as_ref(), "2".as_ref()]);
         assert_eq!(answer.code, 0, "{}", answer.complained);
