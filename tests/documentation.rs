@@ -233,3 +233,30 @@ fn commands_are_understood() {
     }
     assert!(scenes > 80, "{scenes}");
 }
+
+/// What a newcomer types, one command after the other, where there are only the scenes.
+#[test]
+fn the_first_hour_works() {
+    let place = tempfile::tempdir().expect("a directory");
+    for file in ["bracket.toml", "bracket.stl", "studies/bracket-stiffness.toml"] {
+        let copy = place.path().join("examples").join(file);
+        fs::create_dir_all(copy.parent().expect("a directory")).expect("a directory");
+        fs::copy(root().join("examples").join(file), copy).expect("a copy");
+    }
+    let commands = commands(&read(&root().join("examples/first-hour.md")));
+    for verb in ["check", "run", "render", "plot", "restart", "report", "sweep", "collect"] {
+        assert!(commands.iter().any(|command| command[0] == verb), "no {verb}");
+    }
+    for command in &commands {
+        let program = Command::new(env!("CARGO_BIN_EXE_nicolson")).args(command).current_dir(place.path()).output();
+        let output = program.expect("the program runs");
+        assert!(output.status.success(), "{command:?}\n{}", String::from_utf8_lossy(&output.stderr));
+    }
+    for made in ["bracket.png", "bracket-last.png", "bracket.gif", "top.svg", "bracket.html"] {
+        assert!(fs::metadata(place.path().join(made)).is_ok_and(|file| file.len() > 1000), "{made}");
+    }
+    let table = read(&place.path().join("materials.csv"));
+    assert_eq!(table.lines().filter(|line| line.contains(",completed,")).count(), 3, "{table}");
+    let report = read(&place.path().join("results/bracket/report.json"));
+    assert!(report.contains("\"time_reached\": 0.0005"), "the restarted run goes on to its new end");
+}
