@@ -55,10 +55,10 @@ def test_values_are_written_as_toml(solid, key, value, written):
 
 
 def test_numbers_keep_their_bits(solid):
-    for step in (0.1 + 0.2, 1e-300, 1 / 3, 5e-324):
-        solid.set("time.step", step)
-        line = next(line for line in solid.to_toml().splitlines() if line.startswith("step"))
-        assert float(line.split("=")[1]) == step
+    for number in (0.1 + 0.2, 1e-300, 1 / 3, 5e-324):
+        solid.set("gravity", [0.0, number])
+        line = next(line for line in solid.to_toml().splitlines() if line.startswith("gravity"))
+        assert float(line.split(",")[1].rstrip("] ")) == number
 
 
 def test_update_changes_all_or_nothing(solid):
