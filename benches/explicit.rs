@@ -29,42 +29,18 @@
 //! not inline across units, and measure nothing: use the release profile as it is, or one codegen unit.
 #![allow(clippy::print_stdout, reason = "a bench reports on the terminal")]
 
+#[path = "shared/clock.rs"]
+mod clock;
+
 use std::error::Error;
 use std::path::Path;
-use std::time::Instant;
 
+use clock::smallest;
 use nicolson::model::Model;
 use nicolson::scene::Scene;
 use nicolson::simulation::prepare;
 use nicolson_solvers::time::System;
 use rayon::prelude::*;
-
-/// Below this the count of the system is too coarse, s.
-const COARSE: f64 = 0.03;
-
-/// Seconds that this thread has computed, where the system tells: other programs then disturb less.
-fn computed() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)
-}
-
-/// What some work takes, s: processor time where there is one thread and the clock of the system is fine enough.
-fn spent(work: impl FnOnce()) -> f64 {
-    let (start, before) = (Instant::now(), computed());
-    work();
-    let elapsed = start.elapsed().as_secs_f64();
-    match (before, computed()) {
-        (Some(before), Some(after)) if elapsed > COARSE && rayon::current_num_threads() == 1 => {
-            (after - before).min(elapsed)
-        }
-        _ => elapsed,
-    }
-}
-
-/// Smallest time of several repetitions, s.
-fn smallest(repetitions: usize, mut work: impl FnMut()) -> f64 {
-    (0..repetitions).map(|_| spent(&mut work)).fold(f64::INFINITY, f64::min)
-}
 
 /// Bytes per second of a triad far beyond the caches, on the present pool.
 fn triad() -> f64 {

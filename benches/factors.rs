@@ -4,9 +4,12 @@
 //! particles in thousands). One thread. Each figure is the smallest of some repetitions.
 #![allow(clippy::print_stdout, reason = "a bench reports on the terminal")]
 
-use std::path::Path;
-use std::time::Instant;
+#[path = "shared/clock.rs"]
+mod clock;
 
+use std::path::Path;
+
+use clock::{smallest, spent};
 use nicolson::model::CheckPoint;
 use nicolson::scene::Scene;
 use nicolson::simulation::prepare;
@@ -15,31 +18,6 @@ use nicolson_solvers::nonlinear::NonlinearProblem;
 use nicolson_solvers::time::StageSystem;
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
-
-/// Below this the count of the system is too coarse, s.
-const COARSE: f64 = 0.03;
-
-/// Seconds that this thread has computed, where the system tells: other programs then disturb less.
-fn computed() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)
-}
-
-/// What some work takes, s: processor time of the one thread, where the clock of the system is fine enough.
-fn spent(work: impl FnOnce()) -> f64 {
-    let (start, before) = (Instant::now(), computed());
-    work();
-    let elapsed = start.elapsed().as_secs_f64();
-    match (before, computed()) {
-        (Some(before), Some(after)) if elapsed > COARSE => (after - before).min(elapsed),
-        _ => elapsed,
-    }
-}
-
-/// Smallest time of several repetitions, s.
-fn smallest(repetitions: usize, mut work: impl FnMut()) -> f64 {
-    (0..repetitions).map(|_| spent(&mut work)).fold(f64::INFINITY, f64::min)
-}
 
 /// Prints what everything costs. Returns particles, and time of entries, LDLᵀ and solve together, s.
 fn measure<const D: usize>(

@@ -15,9 +15,13 @@
 //! asked to go, 2e-9.
 #![allow(clippy::print_stdout, reason = "a bench reports on the terminal")]
 
+#[path = "shared/clock.rs"]
+mod clock;
+
 use std::path::Path;
 use std::time::Instant;
 
+use clock::smallest;
 use nicolson::model::CheckPoint;
 use nicolson::scene::Scene;
 use nicolson::simulation::prepare;
@@ -28,30 +32,6 @@ use nicolson_solvers::nonlinear::NonlinearProblem;
 use nicolson_solvers::time::{StageSystem, System};
 
 const DETERMINANT: (&str, &str) = ("body.0.volume_ratio", "determinant");
-
-/// Below this the count of the system is too coarse, s.
-const COARSE: f64 = 0.03;
-
-/// Seconds that this thread has computed, where the system tells: other programs then disturb less.
-fn computed() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)
-}
-
-/// Smallest time of several repetitions, s.
-fn smallest(repetitions: usize, mut work: impl FnMut()) -> f64 {
-    (0..repetitions)
-        .map(|_| {
-            let (start, before) = (Instant::now(), computed());
-            work();
-            let elapsed = start.elapsed().as_secs_f64();
-            match (before, computed()) {
-                (Some(before), Some(after)) if elapsed > COARSE => (after - before).min(elapsed),
-                _ => elapsed,
-            }
-        })
-        .fold(f64::INFINITY, f64::min)
-}
 
 fn preconditioned() -> LinearSolverChoice {
     let krylov = KrylovOptions {

@@ -38,9 +38,13 @@
 //! twice the iterations; it is the default. (Rates measured on a machine at ten times its load: ± 30 %.)
 #![allow(clippy::print_stdout, reason = "a bench reports on the terminal")]
 
+#[path = "shared/clock.rs"]
+mod clock;
+
 use std::path::Path;
 use std::time::Instant;
 
+use clock::{smallest, spent};
 use nicolson::model::Model;
 use nicolson::scene::Scene;
 use nicolson_solvers::linear::{
@@ -50,33 +54,6 @@ use nicolson_solvers::nonlinear::{Forcing, NewtonOptions, NewtonSolver, Nonlinea
 use nicolson_solvers::time::{Scheme, StageSystem, StepControl, Stepper, System, TimeState};
 
 type Failure = Box<dyn std::error::Error>;
-
-/// Below this the count of the system is too coarse, s.
-const COARSE: f64 = 0.03;
-
-/// Seconds that this thread has computed, where the system tells: other programs then disturb less.
-fn computed() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)
-}
-
-/// What some work takes, s: processor time where there is one thread and the clock of the system is fine enough.
-fn spent(work: impl FnOnce()) -> f64 {
-    let (start, before) = (Instant::now(), computed());
-    work();
-    let elapsed = start.elapsed().as_secs_f64();
-    match (before, computed()) {
-        (Some(before), Some(after)) if elapsed > COARSE && rayon::current_num_threads() == 1 => {
-            (after - before).min(elapsed)
-        }
-        _ => elapsed,
-    }
-}
-
-/// Smallest time of several repetitions, s.
-fn smallest(repetitions: usize, mut work: impl FnMut()) -> f64 {
-    (0..repetitions).map(|_| spent(&mut work)).fold(f64::INFINITY, f64::min)
-}
 
 /// Resident memory of this process, bytes.
 fn resident() -> f64 {
