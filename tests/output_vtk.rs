@@ -3,7 +3,7 @@
 //! bits that went in.
 //!
 //! VTK is asked through `python3 -c "import vtk"` (or the interpreter named in `NICOLSON_PYTHON`).
-//! Without it that half is skipped, unless `NICOLSON_REQUIRE_VTK` is set: then it fails.
+//! Without it that half is skipped, unless `NICOLSON_REQUIRE_READERS` is set: then it fails.
 
 use std::borrow::Cow;
 use std::env;
@@ -239,7 +239,7 @@ fn check_with_vtk(directory: &Path) {
     let python = env::var("NICOLSON_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let available = Command::new(&python).args(["-c", "import vtk"]).output().is_ok_and(|run| run.status.success());
     if !available {
-        assert!(env::var_os("NICOLSON_REQUIRE_VTK").is_none(), "{python} cannot import vtk: pip install vtk");
+        assert!(env::var_os("NICOLSON_REQUIRE_READERS").is_none(), "{python} cannot import vtk: pip install vtk");
         eprintln!("skipped: {python} cannot import vtk, so the files were checked by our own reader only");
         return;
     }

@@ -27,6 +27,25 @@ pub fn reference() -> String {
     page.text
 }
 
+/// Names that the key at a path such as `linear.solver` can be given, or that can stand below it.
+pub fn choices(path: &str) -> Vec<String> {
+    let Ok(root) = serde_json::from_str::<Value>(TEXT) else {
+        // Unreachable: a test reads the stored text.
+        return Vec::new();
+    };
+    let page = Page { root: &root, text: String::new(), done: Vec::new() };
+    let mut at = &root;
+    for key in path.split('.') {
+        let schema = page.resolve(at);
+        let table = page.resolve(schema.get("items").unwrap_or(schema));
+        let Some(next) = table.get("properties").and_then(|keys| keys.get(key)) else { return Vec::new() };
+        at = next;
+    }
+    let mut names = Vec::new();
+    page.names(at, &mut names);
+    names
+}
+
 struct Page<'r> {
     root: &'r Value,
     text: String,
@@ -151,6 +170,18 @@ impl<'r> Page<'r> {
             }
         }
         list
+    }
+
+    /// Adds the names among which a value chooses.
+    fn names(&self, schema: &Value, names: &mut Vec<String>) {
+        let schema = self.resolve(schema);
+        let words = schema.get("const").into_iter().chain(array(schema, "enum")).filter_map(Value::as_str);
+        names.extend(words.map(str::to_owned));
+        let keys = schema.get("properties").and_then(Value::as_object);
+        names.extend(keys.into_iter().flatten().map(|(key, _)| key.clone()));
+        for choice in array(schema, "oneOf").iter().chain(array(schema, "anyOf")) {
+            self.names(choice, names);
+        }
     }
 
     fn resolve<'s>(&self, schema: &'s Value) -> &'s Value

@@ -1,5 +1,5 @@
 //! The frames of a real run, read back by VTK's own reader (skipped where Python has no VTK, unless
-//! `NICOLSON_REQUIRE_VTK` is set; see `output_vtk.rs`).
+//! `NICOLSON_REQUIRE_READERS` is set; see `output_vtk.rs`).
 
 use std::env;
 use std::process::Command;
@@ -66,7 +66,7 @@ fn frames_of_a_run_are_read_by_vtk() {
     let python = env::var("NICOLSON_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let available = Command::new(&python).args(["-c", "import vtk"]).output().is_ok_and(|run| run.status.success());
     if !available {
-        assert!(env::var_os("NICOLSON_REQUIRE_VTK").is_none(), "{python} cannot import vtk: pip install vtk");
+        assert!(env::var_os("NICOLSON_REQUIRE_READERS").is_none(), "{python} cannot import vtk: pip install vtk");
         eprintln!("skipped: {python} cannot import vtk");
         return;
     }

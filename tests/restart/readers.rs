@@ -33,7 +33,7 @@ print(meta["format"], about["step"], repr(about["time"]), repr(float(u.min())), 
 fn numpy_reads_a_checkpoint() {
     let python = std::env::var("NICOLSON_PYTHON").unwrap_or_else(|_| "python3".into());
     if !Command::new(&python).args(["-c", "import numpy"]).output().is_ok_and(|output| output.status.success()) {
-        assert!(std::env::var_os("NICOLSON_REQUIRE_VTK").is_none(), "{python} has no NumPy");
+        assert!(std::env::var_os("NICOLSON_REQUIRE_READERS").is_none(), "{python} has no NumPy");
         println!("skipped: {python} has no NumPy");
         return;
     }
