@@ -52,13 +52,23 @@ use nicolson_solvers::linear::{
 };
 use nicolson_solvers::nonlinear::{Forcing, NewtonOptions, NewtonSolver, NonlinearProblem};
 use nicolson_solvers::time::{Scheme, StageSystem, StepControl, Stepper, System, TimeState};
+use stats_alloc::{INSTRUMENTED_SYSTEM, StatsAlloc};
+
+#[global_allocator]
+static ALLOCATOR: &StatsAlloc<std::alloc::System> = &INSTRUMENTED_SYSTEM;
 
 type Failure = Box<dyn std::error::Error>;
 
-/// Resident memory of this process, bytes.
-fn resident() -> f64 {
+/// Bytes that are in use.
+fn in_use() -> f64 {
+    let stats = ALLOCATOR.stats();
+    stats.bytes_allocated as f64 - stats.bytes_deallocated as f64
+}
+
+/// Largest resident memory of this process so far, bytes.
+fn peak() -> f64 {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = text.lines().find(|line| line.starts_with("VmRSS"));
+    let line = text.lines().find(|line| line.starts_with("VmHWM"));
     line.and_then(|l| l.split_whitespace().nth(1)?.parse::<f64>().ok()).unwrap_or(f64::NAN) * 1024.0
 }
 
@@ -140,13 +150,13 @@ impl<const D: usize> Case<D> {
 }
 
 fn costs<const D: usize>(particles: f64, law: &str, smoothing: f64) -> Result<(), Failure> {
-    let before = resident();
+    let before = in_use();
     let mut model = model::<D>(particles, law, smoothing)?;
     let n = model.particles() as f64;
     let state = model.initial_state()?;
     let mut rate = vec![0.0; state.len()];
     model.rate(0.0, &state, &mut rate)?;
-    let explicit = (resident() - before) / n;
+    let explicit = (in_use() - before) / n;
     let unit = smallest(10, || model.rate(0.0, &state, &mut rate).unwrap_or_default());
     let critical = critical_step(&mut model, &state)?;
     linearise(&mut model, &state, 20.0 * critical)?;
@@ -168,10 +178,10 @@ fn costs<const D: usize>(particles: f64, law: &str, smoothing: f64) -> Result<()
         let ready = spent(|| prepared = solver.prepare(model.tangent()));
         prepared?;
         solver.solve(model.tangent(), &v, &mut out, 1e-3)?;
-        found.push((ready / unit, (resident() - before) / n));
+        found.push((ready / unit, (in_use() - before) / n));
     }
     println!(
-        "{:>3} {:>8} {:>18} {:>4} {:>6.1} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>8.0} {:>8.0} {:>8.0} {:>8.1} {:>8.1}",
+        "{:>3} {:>8} {:>18} {:>4} {:>6.1} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>8.0} {:>8.0} {:>8.0} {:>8.0} {:>8.1} {:>8.1}",
         D,
         n,
         law,
@@ -184,6 +194,7 @@ fn costs<const D: usize>(particles: f64, law: &str, smoothing: f64) -> Result<()
         explicit,
         found[0].1,
         found[1].1,
+        peak() / n,
         found[0].0,
         found[1].0
     );
@@ -202,6 +213,7 @@ fn solvers() -> Vec<(&'static str, LinearSolverChoice)> {
     let grid = |spacing, smoothing| {
         cg(Preconditioner::Multigrid(MultigridOptions { spacing, smoothing, ..Default::default() }))
     };
+    let small = cg(Preconditioner::Multigrid(MultigridOptions { coarsest: 1000, ..Default::default() }));
     let near = LinearSolverChoice::Gmres {
         restart: 50,
         krylov: KrylovOptions {
@@ -215,6 +227,7 @@ fn solvers() -> Vec<(&'static str, LinearSolverChoice)> {
         ("jacobi", cg(Preconditioner::BlockJacobi)),
         ("near", near),
         ("mg 4,0", grid(4.0, 0)),
+        ("mg 4,0 1k", small),
         ("mg 4,1", grid(4.0, 1)),
         ("mg 4,2", grid(4.0, 2)),
         ("mg 4,3", grid(4.0, 3)),
@@ -300,12 +313,12 @@ fn grown<const D: usize>(particles: f64, law: &str, smoothing: f64) -> Result<Gr
         solves.push((iterations, solved));
         println!(
             "{D}D {n:>8} particles, {r:>5} critical steps: rate {:.0} ns/particle, action {:.2} rates, set-up {:.0}, \
-             {iterations} iterations to 1e-8 in {:.0} rates, {:.0} B/particle",
+             {iterations} iterations to 1e-8 in {:.0} rates, {:.0} B/particle at most",
             1e9 * unit / n,
             action / unit,
             ready / unit,
             solved / unit,
-            resident() / n,
+            peak() / n,
         );
     }
     Ok(Grown { particles: n, rate: unit, action, solves })
@@ -388,7 +401,7 @@ fn main() -> Result<(), Failure> {
     let threads = std::env::var("THREADS").ok().and_then(|s| s.parse().ok()).unwrap_or(1);
     if what == "costs" {
         println!(
-            "{:>3} {:>8} {:>18} {:>4} {:>6} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8} {:>8}",
+            "{:>3} {:>8} {:>18} {:>4} {:>6} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
             "D",
             "n",
             "law",
@@ -401,6 +414,7 @@ fn main() -> Result<(), Failure> {
             "B expl.",
             "B Jacobi",
             "B grid",
+            "B peak",
             "Jacobi",
             "grid"
         );

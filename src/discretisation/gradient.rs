@@ -169,7 +169,7 @@ impl<const D: usize> Gradient<D> {
 
     /// Columns of the gradient of a field at a particle.
     #[inline(always)]
-    fn columns_of(&self, a: usize, field: &[f64]) -> [[f64; D]; D] {
+    pub(crate) fn columns_of(&self, a: usize, field: &[f64]) -> [[f64; D]; D] {
         let mut sums = [[0.0; D]; D];
         for (&b, weight) in self.neighbourhood.of(a).iter().zip(self.weights_of(a)) {
             let b = b as usize * D;

@@ -43,6 +43,7 @@ mod hourglass;
 mod jacobian;
 mod linearisation;
 mod loads;
+mod one_sweep;
 mod point;
 mod projection;
 mod rate;

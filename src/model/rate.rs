@@ -1,8 +1,8 @@
 //! Explicit rates: two sweeps over blocks of particles that leave nothing behind but the rates.
 //!
 //! First sweep: F and L of a block, the law, and the columns of volume times stress; `J̇` goes straight out. Second
-//! sweep: forces by the transposed weights, over masses, straight out. Between them only the stress is stored. A scene
-//! with pair terms (upwinding, hourglass control) needs more of every particle, and takes the sweeps of `evaluation`.
+//! sweep: forces by the transposed weights, over masses, straight out. Between them only the stress is stored. Where no rows
+//! repeat, `one_sweep` reads the table of weights once instead. A scene with pair terms (upwinding, hourglass control) needs more of every particle, and takes the sweeps of `evaluation`.
 //!
 //! Blocks are fixed and every particle gathers in the order of its row: the same bits for any number of threads and
 //! any instruction set. The vector instructions of the machine are chosen at run time (`pulp`), without fused
@@ -16,9 +16,11 @@ use nicolson_solvers::{EvaluationError, vector};
 use rayon::prelude::*;
 
 use super::evaluation::{Point, VolumeRatios};
+use super::one_sweep::OneSweep;
 use super::{Model, Terms};
 use crate::discretisation::{BLOCK, Columns};
 use crate::setup::{Constraint, Setup};
+use crate::tensor::Tensor;
 
 /// Blocks handled as one piece of work.
 const BLOCKS: usize = 4;
@@ -26,9 +28,11 @@ const BLOCKS: usize = 4;
 /// What explicit rates need beside the tables.
 #[derive(Debug, Clone)]
 pub struct RateSpace<const D: usize> {
-    arch: pulp::Arch,
-    /// Columns of volume times stress, N m; empty before the first rate.
+    pub(super) arch: pulp::Arch,
+    /// Columns of volume times stress, N m; empty before the first rate, and where one sweep does.
     columns: [Vec<f64>; D],
+    /// Where no rows repeat; `None` before the first rate.
+    one_sweep: Option<OneSweep<D>>,
     /// Velocities that are prescribed, ascending.
     prescribed: Vec<u32>,
     /// All rates where only a part is wanted but all must be found; empty until then.
@@ -40,7 +44,8 @@ impl<const D: usize> RateSpace<D> {
     pub fn new(setup: &Setup<D>) -> Self {
         let components = setup.constraints.iter().flatten().enumerate();
         let prescribed = components.filter(|(_, kind)| **kind != Constraint::Free).map(|(i, _)| i as u32).collect();
-        Self { arch: pulp::Arch::new(), columns: std::array::from_fn(|_| Vec::new()), prescribed, all: Vec::new() }
+        let columns = std::array::from_fn(|_| Vec::new());
+        Self { arch: pulp::Arch::new(), columns, one_sweep: None, prescribed, all: Vec::new() }
     }
 }
 
@@ -61,11 +66,15 @@ pub struct Wanted {
 }
 
 /// A failed law: the first particle of its block, or none.
-struct Flag(AtomicUsize);
+pub(super) struct Flag(AtomicUsize);
 
 impl Flag {
-    fn raise(&self, block: usize) {
+    pub(super) fn raise(&self, block: usize) {
         self.0.fetch_min(block, Ordering::Relaxed);
+    }
+
+    fn is_down(&self) -> bool {
+        self.0.load(Ordering::Relaxed) == usize::MAX
     }
 }
 
@@ -151,32 +160,43 @@ impl<const D: usize> Model<D> {
         let (velocity, ratios) = rest.split_at(n * D);
         let (displacement_rate, rest) = out.split_at_mut(n * D);
         let (velocity_rate, ratio_rate) = rest.split_at_mut(n * D);
-        let mut columns = std::mem::replace(&mut self.rates.columns, std::array::from_fn(|_| Vec::new()));
         if wanted.velocities {
             self.loads
                 .update(&self.setup, &self.masses, t)
                 .map_err(|error| error.clone().at(self.describe_particle(error.site)))?;
+        }
+        let mut columns = std::mem::replace(&mut self.rates.columns, std::array::from_fn(|_| Vec::new()));
+        let mut one_sweep = self.rates.one_sweep.take();
+        let once = wanted.velocities && self.gradient.in_runs() == [0, 0];
+        if once && one_sweep.is_none() {
+            one_sweep = Some(OneSweep::new(&self.gradient.neighbourhood));
+        } else if wanted.velocities && !once {
             columns.iter_mut().for_each(|column| column.resize(n * D, 0.0));
         }
         let (model, flag) = (&*self, Flag(AtomicUsize::new(usize::MAX)));
         let first = First { model, displacement, velocity, ratios, wanted, flag: &flag };
-        let stress = columns.each_mut().map(|column| &mut column[..]);
-        first.sweep(0, stress, if wanted.others { ratio_rate } else { &mut [] }, n);
-        let mut sound = flag.0.load(Ordering::Relaxed) == usize::MAX;
-        if sound && wanted.velocities {
-            let chunk = BLOCKS * BLOCK;
-            velocity_rate.par_chunks_mut(chunk * D).enumerate().for_each(|(i, rates)| {
-                model.second_sweep_of(i * chunk, &columns, rates, &flag);
-            });
-            sound = flag.0.load(Ordering::Relaxed) == usize::MAX;
+        let ratio_rate = if wanted.others { ratio_rate } else { &mut [] };
+        match &mut one_sweep {
+            Some(space) if once => space.rates(&first, velocity_rate, ratio_rate),
+            _ => {
+                let stress = columns.each_mut().map(|column| &mut column[..]);
+                first.sweep(0, stress, ratio_rate, n);
+                if flag.is_down() && wanted.velocities {
+                    let chunk = BLOCKS * BLOCK;
+                    velocity_rate.par_chunks_mut(chunk * D).enumerate().for_each(|(i, rates)| {
+                        model.second_sweep_of(i * chunk, &columns, rates, &flag);
+                    });
+                }
+            }
         }
+        let sound = flag.is_down();
         if wanted.others {
             let chunk = 64 * BLOCKS * BLOCK;
             displacement_rate.par_chunks_mut(chunk).zip(velocity.par_chunks(chunk)).for_each(|(out, v)| {
                 out.copy_from_slice(v);
             });
         }
-        self.rates.columns = columns;
+        (self.rates.columns, self.rates.one_sweep) = (columns, one_sweep);
         Ok(sound)
     }
 
@@ -190,8 +210,31 @@ impl<const D: usize> Model<D> {
         self.still(start * D, rates);
     }
 
+    /// Accelerations of at most [`BLOCK`] particles from their inner forces, which loads are taken from; whether they are
+    /// finite.
+    #[inline(always)]
+    pub(super) fn accelerations(&self, block: Range<usize>, forces: &mut [[f64; D]; BLOCK], rates: &mut [f64]) -> bool {
+        if self.loads.any() {
+            for (force, a) in forces.iter_mut().zip(block.clone()) {
+                let load = self.loads.on(a);
+                for i in 0..D {
+                    force[i] -= load[i];
+                }
+            }
+        }
+        let mut check = 0.0;
+        for ((rate, force), mass) in rates.chunks_exact_mut(D).zip(forces).zip(&self.masses[block]) {
+            for i in 0..D {
+                rate[i] = -force[i] / mass;
+                // Zero, unless it is not finite.
+                check += rate[i] * 0.0;
+            }
+        }
+        check == 0.0
+    }
+
     /// Zeroes the rates of prescribed components.
-    fn still(&self, first: usize, rates: &mut [f64]) {
+    pub(super) fn still(&self, first: usize, rates: &mut [f64]) {
         let prescribed = &self.rates.prescribed;
         let place = |entry: usize| prescribed.partition_point(|&i| (i as usize) < entry);
         for &i in &prescribed[place(first)..place(first + rates.len())] {
@@ -218,24 +261,7 @@ impl<const D: usize> pulp::WithSimd for SecondBlock<'_, D> {
         let Self { model, block, columns, rates, flag } = self;
         let mut forces = [[0.0; D]; BLOCK];
         model.gradient.transposed_of_block(block.clone(), columns, &mut forces);
-        if model.loads.any() {
-            for (force, a) in forces.iter_mut().zip(block.clone()) {
-                let load = model.loads.on(a);
-                for i in 0..D {
-                    force[i] -= load[i];
-                }
-            }
-        }
-        let masses = &model.masses[block.clone()];
-        let mut check = 0.0;
-        for ((rate, force), mass) in rates.chunks_exact_mut(D).zip(&forces).zip(masses) {
-            for i in 0..D {
-                rate[i] = -force[i] / mass;
-                // Zero, unless it is not finite.
-                check += rate[i] * 0.0;
-            }
-        }
-        if check != 0.0 {
+        if !model.accelerations(block.clone(), &mut forces, rates) {
             flag.raise(block.start);
         }
     }
@@ -258,17 +284,40 @@ impl<const D: usize> pulp::WithSimd for FirstBlock<'_, '_, D> {
     }
 }
 
-/// The first sweep.
-struct First<'a, const D: usize> {
-    model: &'a Model<D>,
-    displacement: &'a [f64],
-    velocity: &'a [f64],
+/// What gradients and laws are taken of.
+pub(super) struct First<'a, const D: usize> {
+    pub(super) model: &'a Model<D>,
+    pub(super) displacement: &'a [f64],
+    pub(super) velocity: &'a [f64],
     ratios: &'a [f64],
     wanted: Wanted,
-    flag: &'a Flag,
+    pub(super) flag: &'a Flag,
 }
 
 impl<const D: usize> First<'_, D> {
+    pub(super) fn needs_velocity_gradient(&self) -> bool {
+        self.model.viscous || self.wanted.others && self.model.evolved.contains(&true)
+    }
+
+    /// Volume times stress, N m, and `J̇`, from the columns of the gradients; `None` outside the domain of the law.
+    #[inline(always)]
+    pub(super) fn law(
+        &self,
+        a: usize,
+        by_displacement: [[f64; D]; D],
+        by_velocity: [[f64; D]; D],
+    ) -> Option<(Tensor<D>, f64)> {
+        let mut point = Point::rest();
+        for d in 0..D {
+            for i in 0..D {
+                point.deformation[(i, d)] += by_displacement[d][i];
+                point.velocity_gradient[(i, d)] = by_velocity[d][i];
+            }
+        }
+        let solid = self.model.constitutive(a, VolumeRatios::Given(self.ratios), &mut point).ok()?;
+        Some(((solid - point.cofactor * point.pressure) * self.model.setup.particles.volumes[a], point.rate))
+    }
+
     /// Particles from `start` on, in halves of whole blocks.
     fn sweep(&self, start: usize, columns: [&mut [f64]; D], rates: &mut [f64], count: usize) {
         let blocks = count.div_ceil(BLOCK);
@@ -306,33 +355,24 @@ impl<const D: usize> First<'_, D> {
         let mut by_displacement: Columns<D> = [[[0.0; D]; BLOCK]; D];
         let mut by_velocity: Columns<D> = [[[0.0; D]; BLOCK]; D];
         model.gradient.of_block(block.clone(), self.displacement, &mut by_displacement);
-        if model.viscous || self.wanted.others && model.evolved.contains(&true) {
+        if self.needs_velocity_gradient() {
             model.gradient.of_block(block.clone(), self.velocity, &mut by_velocity);
         }
-        let given = VolumeRatios::Given(self.ratios);
         let mut sound = true;
         for (at, a) in block.clone().enumerate() {
-            let mut point = Point::rest();
-            for d in 0..D {
-                for i in 0..D {
-                    point.deformation[(i, d)] += by_displacement[d][at][i];
-                    point.velocity_gradient[(i, d)] = by_velocity[d][at][i];
-                }
-            }
-            let Ok(solid) = model.constitutive(a, given, &mut point) else {
+            let Some((stress, rate)) = self.law(a, by_displacement.map(|c| c[at]), by_velocity.map(|c| c[at])) else {
                 sound = false;
                 break;
             };
             if self.wanted.velocities {
-                let stress = (solid - point.cofactor * point.pressure) * model.setup.particles.volumes[a];
                 for (d, column) in columns.iter_mut().enumerate() {
                     for i in 0..D {
                         column[at * D + i] = stress[(i, d)];
                     }
                 }
             }
-            if let Some(rate) = rates.get_mut(at) {
-                *rate = point.rate;
+            if let Some(out) = rates.get_mut(at) {
+                *out = rate;
             }
         }
         if !sound {

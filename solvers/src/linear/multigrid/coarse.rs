@@ -96,6 +96,11 @@ impl CoarseMatrix {
                 own[i * d + i] = if own[i * d + i] > 0.0 { own[i * d + i] * (1.0 + shift) } else { 1.0 };
             }
         }
+        // The rows have grown by doubling.
+        for row in &mut self.rows {
+            row.columns.shrink_to_fit();
+            row.blocks.shrink_to_fit();
+        }
     }
 
     /// `out = A v`.
