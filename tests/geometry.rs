@@ -4,13 +4,14 @@
 mod files;
 #[path = "geometry/hole.rs"]
 mod hole;
+mod support;
 
 use std::f64::consts::FRAC_PI_4;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use nicolson::scene::{Scene, SceneErrors};
 use nicolson::setup::Setup;
+use support::written::read;
 
 /// A scene of one elastic body.
 pub fn scene(dimension: usize, body: &str, rest: &str) -> String {
@@ -18,11 +19,6 @@ pub fn scene(dimension: usize, body: &str, rest: &str) -> String {
         "dimension = {dimension}\n[[body]]\n{body}\nsmoothing = 1.0\nmaterial.linear_elastic = {{ density = 2, \
          youngs_modulus = 1e6, poissons_ratio = 0.3 }}\n{rest}\n[time]\nscheme = 'static'\nend = 1\nstep = 1\n"
     )
-}
-
-/// Set-up and warnings.
-pub fn read<const D: usize>(text: &str, folder: &Path) -> Result<(Setup<D>, Vec<String>), SceneErrors> {
-    Scene::parse(text, "scene.toml", folder, &[])?.setup::<D>()
 }
 
 /// Set-up and warnings of a scene that is right.

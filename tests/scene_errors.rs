@@ -10,6 +10,7 @@ mod mutations;
 mod overrides;
 #[path = "scene_errors/suggestions.rs"]
 mod suggestions;
+mod support;
 #[path = "scene_errors/text.rs"]
 mod text;
 #[path = "scene_errors/units.rs"]
@@ -18,6 +19,7 @@ mod units;
 use std::path::Path;
 
 use nicolson::scene::{Scene, SceneError, SceneErrors};
+use support::written;
 
 /// A good scene; every case below spoils one line of it.
 const GOOD: &str = r#"title = "good"
@@ -168,7 +170,6 @@ fn the_message_has_the_expected_form() {
 
 #[test]
 fn the_wrong_dimension_is_refused() {
-    let scene = Scene::parse(GOOD, "scene.toml", Path::new(""), &[]).unwrap();
-    let errors = scene.setup::<3>().unwrap_err();
+    let errors = written::read::<3>(GOOD, Path::new("")).unwrap_err();
     assert!(errors.to_string().contains("2 dimension(s), the computation 3"));
 }

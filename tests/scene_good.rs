@@ -1,15 +1,16 @@
 //! Good scenes: what is read is what is written.
 
-use std::path::Path;
+mod support;
 
 use nicolson::material::{LinearVolumetric, Material, Volumetric};
+use nicolson::scene::Scene;
 use nicolson::scene::settings::{
     Forcing, LineSearch, OutputField, PreconditionerChoice, Scheme, SolverChoice, StepChoice, TangentPolicy, Unknowns,
 };
-use nicolson::scene::{Scene, SceneErrors};
 use nicolson::setup::{
-    CofactorChoice, Constraint, InterfaceChoice, KernelChoice, Setup, Stabilisation, VolumeRatioChoice, WeightChoice,
+    CofactorChoice, Constraint, InterfaceChoice, KernelChoice, Stabilisation, VolumeRatioChoice, WeightChoice,
 };
+use support::written::{SCHEMES, scene, set_up};
 
 /// Every key of a scene, in two dimensions.
 const EVERYTHING: &str = r#"
@@ -132,17 +133,9 @@ velocity = [0, 0]
 pressure = "1000*t"
 "#;
 
-fn parse(text: &str) -> Result<Scene, SceneErrors> {
-    Scene::parse(text, "scene.toml", Path::new(""), &[])
-}
-
-fn set_up<const D: usize>(text: &str) -> (Setup<D>, Vec<String>) {
-    parse(text).and_then(|scene| scene.setup::<D>()).unwrap_or_else(|errors| panic!("{errors}"))
-}
-
 #[test]
 fn every_key_reaches_its_setting() {
-    let scene = parse(EVERYTHING).unwrap_or_else(|errors| panic!("{errors}"));
+    let scene = scene(EVERYTHING);
     assert_eq!((scene.title.as_str(), scene.dimension(), scene.text()), ("Everything", 2, EVERYTHING));
     assert_eq!(scene.time.scheme, Scheme::GeneralisedAlpha { spectral_radius: 0.7 });
     assert_eq!((scene.time.end, scene.time.step, scene.time.minimum_step), (1.0, StepChoice::Fixed(0.05), Some(1e-6)));
@@ -234,7 +227,7 @@ material.linear_volumetric = { density = 1000, wave_speed = 30 }
 end = 1
 scheme = "tvd_rk2"
 "#;
-    let scene = parse(text).unwrap();
+    let scene = scene(text);
     assert_eq!(scene.title, "scene");
     assert_eq!(scene.time.step, StepChoice::Cfl(0.3));
     assert_eq!((scene.newton.line_search, scene.linear.solver), (LineSearch::Backtracking, SolverChoice::Auto));
@@ -258,30 +251,14 @@ fn implicit_schemes_have_their_parameters() {
              material.linear_volumetric = {{ density = 1, bulk_modulus = 1 }}\n[time]\nend = 1\nstep = 0.1\n{scheme}"
         )
     };
-    let scheme = |scheme: &str| parse(&text(scheme)).unwrap_or_else(|errors| panic!("{errors}")).time;
+    let scheme = |scheme: &str| scene(&text(scheme)).time;
     assert_eq!(scheme("").scheme, Scheme::CrankNicolson);
     assert_eq!(scheme("scheme = 'theta'").scheme, Scheme::Theta { theta: 0.5 });
     assert_eq!(scheme("scheme = 'theta'\ntheta = 1").scheme, Scheme::Theta { theta: 1.0 });
     assert_eq!(scheme("scheme = 'generalised_alpha'").scheme, Scheme::GeneralisedAlpha { spectral_radius: 0.8 });
     let adaptive = scheme("scheme = 'tr_bdf2'\nadaptive = { tolerance = 1e-4 }").adaptive.unwrap();
     assert_eq!((adaptive.relative_tolerance, adaptive.absolute_tolerance), (1e-4, 0.0));
-    for name in [
-        "forward_euler",
-        "tvd_rk2",
-        "tvd_rk3",
-        "rk4",
-        "rkc",
-        "velocity_verlet",
-        "backward_euler",
-        "crank_nicolson",
-        "theta",
-        "midpoint",
-        "tr_bdf2",
-        "sdirk3",
-        "generalised_alpha",
-        "energy_momentum",
-        "static",
-    ] {
+    for name in SCHEMES.into_iter().chain(["static"]) {
         scheme(&format!("scheme = '{name}'"));
     }
 }

@@ -1,11 +1,12 @@
 //! Scheme, step control and tolerances as a scene chooses them, and what a run makes of them.
 
-use std::path::Path;
+mod support;
 
 use nicolson::scene::Scene;
 use nicolson::scene::settings::{Effort, RkcStages, Scheme};
 use nicolson::simulation::{Prepared, prepare};
 use nicolson_solvers::time::StepControl;
+use support::written::{self, SCHEMES};
 
 /// A bar of five particles with the end of its `[time]` table still open.
 fn scene(more: &str) -> Scene {
@@ -13,7 +14,7 @@ fn scene(more: &str) -> Scene {
                 material.linear_volumetric = { density = 1000, bulk_modulus = 1e6 }\n[initial]\nvelocity = [\"X\"]\n\
                 [time]\nend = 1\n";
     let step = if more.lines().any(|line| line.starts_with("step")) { "" } else { "step = 0.002\n" };
-    Scene::parse(&format!("{text}{step}{more}"), "scene.toml", Path::new(""), &[]).unwrap()
+    written::scene(&format!("{text}{step}{more}"))
 }
 
 fn prepared(more: &str) -> Prepared<1> {
@@ -50,23 +51,7 @@ fn the_step_may_be_controlled() {
 
 #[test]
 fn every_scheme_can_follow_its_error() {
-    let schemes = [
-        "forward_euler",
-        "tvd_rk2",
-        "tvd_rk3",
-        "rk4",
-        "rkc",
-        "velocity_verlet",
-        "backward_euler",
-        "crank_nicolson",
-        "theta",
-        "midpoint",
-        "tr_bdf2",
-        "sdirk3",
-        "generalised_alpha",
-        "energy_momentum",
-    ];
-    for scheme in schemes {
+    for scheme in SCHEMES {
         let more = format!("scheme = \"{scheme}\"\nadaptive = {{ tolerance = 1e-3 }}\nmaximum_step = 0.01\n");
         let mut run = prepared(&more);
         let mut lengths = Vec::new();
@@ -150,8 +135,7 @@ fn no_retries_if_the_minimum_is_the_step() {
     let text = "dimension = 1\n[[body]]\nspacing = 0.25\nshape.box = { lower = [0], upper = [1] }\n\
                 material.hyperelastic_volumetric = { density = 1000, gamma = 7, wave_speed = 10 }\n[initial]\n\
                 velocity = [\"-30*X\"]\n[time]\nend = 1\nscheme = \"rk4\"\nstep = 0.1\nminimum_step = 0.1\n";
-    let scene = Scene::parse(text, "scene.toml", Path::new(""), &[]).unwrap();
-    let mut run = prepare::<1>(&scene).unwrap();
+    let mut run = prepare::<1>(&written::scene(text)).unwrap();
     let failure = run.stepper.advance(&mut run.model, &mut run.state, 1.0).unwrap_err();
     assert_eq!(failure.tries.len(), 1, "{failure}");
 }

@@ -1,9 +1,11 @@
 //! Shapes, layouts and boundaries in scenes: what is written is what is filled.
 
+mod support;
+
 use std::path::Path;
 
-use nicolson::scene::{Scene, SceneErrors};
 use nicolson::setup::{Constraint, Setup};
+use support::written::{read, set_up};
 
 fn scene(body: &str, rest: &str) -> String {
     format!(
@@ -12,13 +14,8 @@ fn scene(body: &str, rest: &str) -> String {
     )
 }
 
-fn read<const D: usize>(text: &str, folder: &Path) -> Result<Setup<D>, SceneErrors> {
-    let scene = Scene::parse(text, "scene.toml", folder, &[])?;
-    scene.setup::<D>().map(|(setup, _)| setup)
-}
-
 fn good(body: &str, rest: &str) -> Setup<2> {
-    read(&scene(body, rest), Path::new("")).unwrap_or_else(|errors| panic!("{errors}"))
+    set_up(&scene(body, rest)).0
 }
 
 fn first_error(body: &str, rest: &str) -> String {
@@ -87,7 +84,7 @@ fn faces_of_a_cloud_come_from_a_file() {
     std::fs::write(folder.path().join("cloud.csv"), points).expect("a file");
     std::fs::write(folder.path().join("faces.csv"), faces).expect("a file");
     let text = scene("points = { file = 'cloud.csv', spacing = 0.25, faces = 'faces.csv' }", "");
-    let particles = read::<2>(&text, folder.path()).unwrap_or_else(|errors| panic!("{errors}")).particles;
+    let particles = read::<2>(&text, folder.path()).unwrap_or_else(|errors| panic!("{errors}")).0.particles;
     assert_eq!(particles.faces.len(), flat.faces.len());
     // 25 points of volume 1/16 were told that they fill the unit square around (1/2, 1/2).
     assert!(particles.volumes.iter().all(|volume| (volume - 0.04).abs() < 1e-14));

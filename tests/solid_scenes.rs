@@ -1,10 +1,12 @@
 //! Scenes of solids: the ways of giving moduli agree, and mistakes are located with a remedy.
 
+mod support;
+
 use std::path::Path;
 
 use nicolson::material::{LinearElastic, Material, SolidLaw, StVenantKirchhoff};
-use nicolson::scene::Scene;
 use nicolson::simulation::prepare;
+use support::written::{parse, read, scene, set_up};
 
 fn text(material: &str, rest: &str) -> String {
     format!(
@@ -16,8 +18,7 @@ fn text(material: &str, rest: &str) -> String {
 const DYNAMIC: &str = "[time]\nstep = 0.01\nend = 0.1\n";
 
 fn material(material: &str) -> Material {
-    let scene = Scene::parse(&text(material, DYNAMIC), "scene.toml", Path::new("."), &[]).expect("a good scene");
-    scene.setup::<2>().expect("a good scene").0.bodies[0].material
+    set_up::<2>(&text(material, DYNAMIC)).0.bodies[0].material
 }
 
 #[test]
@@ -65,9 +66,7 @@ fn mistakes_are_located_with_a_remedy() {
         ),
     ];
     for (law, phrase, remedy) in cases {
-        let found = Scene::parse(&text(&law, DYNAMIC), "scene.toml", Path::new("."), &[])
-            .and_then(|scene| scene.setup::<2>().map(drop))
-            .expect_err(&law);
+        let found = read::<2>(&text(&law, DYNAMIC), Path::new("")).map(drop).expect_err(&law);
         let shown = found.to_string();
         assert!(shown.contains("scene.toml:6:"), "{law}: no place in\n{shown}");
         assert!(shown.contains(phrase) && shown.contains(remedy), "{law}:\n{shown}");
@@ -78,8 +77,7 @@ fn mistakes_are_located_with_a_remedy() {
 fn rough_pressures_are_announced() {
     let warned = |ratio: f64, rest: &str| {
         let law = format!("neo_hookean = {{ density = 1.0, youngs_modulus = 1e6, poissons_ratio = {ratio} }}");
-        let scene = format!("{rest}{}", text(&law, DYNAMIC));
-        let scene = Scene::parse(&scene, "scene.toml", Path::new("."), &[]).expect("readable");
+        let scene = scene(&format!("{rest}{}", text(&law, DYNAMIC)));
         prepare::<2>(&scene).expect("possible").warnings.iter().any(|warning| warning.contains("nearly incompressible"))
     };
     let stiff = "hourglass = 3.0\n";
@@ -102,11 +100,9 @@ fn impossible_combinations_are_refused_before_the_first_step() {
         (fluid, &equilibrium, "no unique equilibrium"),
         (solid, &upwind, "tau_p = 0"),
     ] {
-        let scene = Scene::parse(&text(law, rest), "scene.toml", Path::new("."), &[]).expect("readable");
-        let error = prepare::<2>(&scene).map(drop).expect_err(phrase).to_string();
+        let error = prepare::<2>(&scene(&text(law, rest))).map(drop).expect_err(phrase).to_string();
         assert!(error.contains(phrase), "{error}");
     }
-    let elsewhere =
-        Scene::parse(&text(solid, "[time]\nstep = 0.01\nend = 0.1\nramp = true\n"), "s", Path::new("."), &[]);
+    let elsewhere = parse(&text(solid, "[time]\nstep = 0.01\nend = 0.1\nramp = true\n"));
     assert!(elsewhere.map(drop).expect_err("ramp").to_string().contains("static"));
 }

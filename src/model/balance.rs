@@ -5,7 +5,8 @@ use rayon::prelude::*;
 use nicolson_solvers::EvaluationError;
 
 use super::Model;
-use super::evaluation::{GRAIN, VolumeRatios};
+use super::evaluation::GRAIN;
+use super::law::VolumeRatios;
 use crate::setup::Constraint;
 use crate::tensor::{Tensor, Vector, smallest_stretch};
 

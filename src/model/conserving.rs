@@ -23,7 +23,7 @@ use nicolson_solvers::EvaluationError;
 use nicolson_solvers::time::{ConservingSystem, StageSystem, System};
 
 use super::Model;
-use super::evaluation::{Failure, Point};
+use super::law::{Failure, Point};
 use crate::setup::{CofactorChoice, Constraint};
 use crate::tensor::{CofactorSecant, Tensor, Tensor4, cofactor, contract, determinant, tensor4_of};
 

@@ -21,7 +21,8 @@ use rayon::prelude::*;
 
 use super::action::ScratchPool;
 use super::assembly::{Buffers, OneRing};
-use super::evaluation::{GRAIN, Point};
+use super::evaluation::GRAIN;
+use super::law::Point;
 use super::slots::Slots;
 use super::stress_tangents::StressTangents;
 use super::{Model, Unknowns};

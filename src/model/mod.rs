@@ -16,13 +16,14 @@
 //!
 //! | file | purpose |
 //! |---|---|
+//! | `law` | the law at one particle |
 //! | `evaluation` | the two sweeps that give forces and rates |
 //! | `rate` | explicit rates of scenes without pair terms, block by block |
 //! | `hourglass` | the control's forces and entries |
 //! | `volume` | where the volume ratio comes from |
 //! | `point` | where the equations were linearised, for restarts |
 //! | `unknowns` | which numbers an implicit stage solves for |
-//! | `stage` | `u = ũ + s f(t, u)` as a nonlinear problem |
+//! | `stage`, `residual` | `u = ũ + s f(t, u)`: what time schemes ask of it, and the nonlinear problem |
 //! | `conserving` | the discrete-gradient step that conserves energy |
 //! | `linearisation`, `stress_tangents` | derivatives of every term |
 //! | `action` | the tangent as an operator without entries |
@@ -41,12 +42,14 @@ mod diagonal;
 mod evaluation;
 mod hourglass;
 mod jacobian;
+mod law;
 mod linearisation;
 mod loads;
 mod one_sweep;
 mod point;
 mod projection;
 mod rate;
+mod residual;
 mod rows;
 mod slots;
 mod stage;

@@ -15,7 +15,7 @@ use nicolson_solvers::time::RatePart;
 use nicolson_solvers::{EvaluationError, vector};
 use rayon::prelude::*;
 
-use super::evaluation::{Point, VolumeRatios};
+use super::law::{Point, VolumeRatios};
 use super::one_sweep::OneSweep;
 use super::{Model, Terms};
 use crate::discretisation::{BLOCK, Columns};

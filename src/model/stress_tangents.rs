@@ -8,7 +8,8 @@
 
 use rayon::prelude::*;
 
-use super::evaluation::{GRAIN, Point};
+use super::evaluation::GRAIN;
+use super::law::Point;
 use super::{Model, Unknowns};
 use crate::material::Material;
 use crate::setup::CofactorChoice;

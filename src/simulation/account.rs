@@ -53,15 +53,16 @@ impl<const D: usize> Recorder<D> {
             energy: EnergyBudget {
                 initial: ledger.totals.0,
                 r#final: ledger.totals.1,
-                max_relative_drift: self.keeps_history.then_some(ledger.drift),
+                max_relative_drift: self.tables.keeps_history.then_some(ledger.drift),
                 dissipated: ledger.dissipated,
-                ledger_error: self.keeps_history.then_some(ledger.ledger_error),
-                hourglass_max_fraction: ledger.hourglass_fraction.filter(|_| self.keeps_history),
+                ledger_error: self.tables.keeps_history.then_some(ledger.ledger_error),
+                hourglass_max_fraction: ledger.hourglass_fraction.filter(|_| self.tables.keeps_history),
             },
-            linear_momentum_drift: ledger.linear_momentum.filter(|_| self.keeps_history),
-            angular_momentum_drift: ledger.angular_momentum.filter(|_| self.keeps_history),
+            linear_momentum_drift: ledger.linear_momentum.filter(|_| self.tables.keeps_history),
+            angular_momentum_drift: ledger.angular_momentum.filter(|_| self.tables.keeps_history),
             errors: comparison::errors(model, state.time, &state.values),
             probes: self
+                .tables
                 .gauges
                 .iter()
                 .map(|gauge| (gauge.name().to_owned(), gauge.final_state(model, &state.values)))

@@ -9,11 +9,14 @@
 //! energy–momentum step takes out, and Crank–Nicolson on linear equations. The work of a moving constraint is the
 //! change of kinetic energy of what it moves, less the work of the other forces on it.
 
+mod momenta;
+
 use nicolson_solvers::snapshot::unfit;
 use nicolson_solvers::{EvaluationError, RestoreError, Snapshot};
 
 use crate::model::{Energies, Model};
 use crate::setup::Constraint;
+use momenta::Momenta;
 
 /// One row of the ledger.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -75,14 +78,6 @@ pub struct Ledger {
     momentum: Option<Momenta>,
 }
 
-#[derive(Debug)]
-struct Momenta {
-    linear: Vec<f64>,
-    angular: [f64; 3],
-    drift: (f64, f64),
-    scale: (f64, f64),
-}
-
 impl Ledger {
     /// Opens the books at the initial state.
     ///
@@ -98,13 +93,7 @@ impl Ledger {
             ledger.constraint_kinetic = ledger.kinetic_of_moving(model, state);
         }
         ledger.state.extend_from_slice(state);
-        if model.is_free() {
-            let linear: Vec<f64> = model.linear_momentum(state).iter().copied().collect();
-            let mut momenta =
-                Momenta { linear, angular: model.angular_momentum(state), drift: (0.0, 0.0), scale: (0.0, 0.0) };
-            momenta.follow(model, state);
-            ledger.momentum = Some(momenta);
-        }
+        ledger.momentum = model.is_free().then(|| Momenta::open(model, state));
         ledger.hourglass = model.hourglass().map(|_| 0.0);
         ledger.write(model.energies(state));
         ledger.initial = ledger.entry.total;
@@ -124,10 +113,8 @@ impl Ledger {
         saved.put_reals("loads", &self.loads[..]);
         saved.put_reals("forces", &self.forces[..]);
         saved.put_real("constraint_kinetic", self.constraint_kinetic);
-        if let Some(Momenta { linear, angular, drift, scale }) = &self.momentum {
-            saved.put_reals("linear_momentum", &linear[..]);
-            saved.put_reals("angular_momentum", &angular[..]);
-            saved.put_reals("momentum", [drift.0, drift.1, scale.0, scale.1]);
+        if let Some(momenta) = &self.momentum {
+            momenta.save(&mut saved);
         }
         saved
     }
@@ -145,7 +132,7 @@ impl Ledger {
             let length = if found.is_empty() { 0 } else { model.displacements(state).len() };
             Ok(saved.reals_of(name, length)?.to_vec())
         };
-        let mut ledger = Self {
+        let ledger = Self {
             entry: Entry { kinetic, internal, external, dissipated, total, hourglass },
             initial: saved.real("initial")?,
             largest_drift,
@@ -160,17 +147,8 @@ impl Ledger {
             forces: vector("forces")?,
             moving: moving(model),
             constraint_kinetic: saved.real("constraint_kinetic")?,
-            momentum: None,
+            momentum: Momenta::restored::<D>(saved)?,
         };
-        if saved.has("momentum") {
-            let [linear_drift, angular_drift, linear_scale, angular_scale] = saved.some_reals("momentum")?;
-            ledger.momentum = Some(Momenta {
-                linear: saved.reals_of("linear_momentum", D)?.to_vec(),
-                angular: saved.some_reals("angular_momentum")?,
-                drift: (linear_drift, angular_drift),
-                scale: (linear_scale, angular_scale),
-            });
-        }
         if ledger.forces.is_empty() != ledger.moving.is_empty() {
             return Err(unfit("forces", "what the moving constraints of the scene need"));
         }
@@ -286,7 +264,6 @@ impl Ledger {
         // Where nothing moves, as in a static computation, what is stored is the scale.
         let exchange = if self.exchange > 0.0 { self.exchange } else { self.internal };
         let scale = self.initial.abs().max(exchange).max(f64::MIN_POSITIVE);
-        let relative = |drift: f64, scale: f64| if drift == 0.0 { 0.0 } else { drift / scale.max(f64::MIN_POSITIVE) };
         let momentum = self.momentum.as_ref();
         Summary {
             totals: (self.initial, self.entry.total),
@@ -294,8 +271,8 @@ impl Ledger {
             ledger_error: self.largest_error / scale,
             dissipated: self.entry.dissipated,
             hourglass_fraction: self.hourglass_fraction(),
-            linear_momentum: momentum.map(|m| relative(m.drift.0, m.scale.0)),
-            angular_momentum: momentum.filter(|m| m.linear.len() > 1).map(|m| relative(m.drift.1, m.scale.1)),
+            linear_momentum: momentum.map(Momenta::linear_drift),
+            angular_momentum: momentum.and_then(Momenta::angular_drift),
         }
     }
 }
@@ -304,22 +281,4 @@ impl Ledger {
 fn moving<const D: usize>(model: &Model<D>) -> Vec<usize> {
     let all = model.setup().constraints.iter().flatten().enumerate();
     all.filter(|(_, constraint)| matches!(constraint, Constraint::Moving(_))).map(|(i, _)| i).collect()
-}
-
-impl Momenta {
-    fn follow<const D: usize>(&mut self, model: &Model<D>, state: &[f64]) {
-        let linear = model.linear_momentum(state);
-        let change = linear.iter().zip(&self.linear).map(|(p, p0)| (p - p0).powi(2)).sum::<f64>().sqrt();
-        let angular = model.angular_momentum(state);
-        let turn = angular.iter().zip(&self.angular).map(|(l, l0)| (l - l0).powi(2)).sum::<f64>().sqrt();
-        self.drift = (self.drift.0.max(change), self.drift.1.max(turn));
-        // The scale is the sum of magnitudes: the total itself may be zero.
-        let (mut p, mut l) = (0.0, 0.0);
-        for (a, mass) in model.masses().iter().enumerate() {
-            let v = crate::tensor::vector_at::<D>(model.velocities_of(state), a);
-            p += mass * v.norm();
-            l += mass * v.norm() * model.position(state, a).norm();
-        }
-        self.scale = (self.scale.0.max(p), self.scale.1.max(l));
-    }
 }

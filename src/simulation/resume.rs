@@ -13,9 +13,10 @@ use nicolson_solvers::{RestoreError, Snapshot};
 use super::checkpoint::Checkpoint;
 use super::frames::Frames;
 use super::ledger::Ledger;
-use super::recorder::{HISTORY, HISTORY_FILE, PROBES_FILE, Recorder};
+use super::recorder::Recorder;
+use super::tables::Wanted;
 use super::{Prepared, RunError, RunOptions, same_place};
-use crate::output::{OutputError, StoredTable, Table, prepare_directory, sweep_partial_files, write_atomically};
+use crate::output::{OutputError, Table, prepare_directory, sweep_partial_files, write_atomically};
 use crate::scene::Scene;
 
 /// A checkpoint that does not fit what it is to be continued with.
@@ -88,8 +89,9 @@ impl<const D: usize> Recorder<D> {
         recorder.take_back(&saved, prepared).map_err(|error| misfit(checkpoint, &error))?;
         if let Some(directory) = &options.directory {
             recorder.take_files_back(scene, prepared, checkpoint, &saved, directory)?;
-            recorder.begin_tables(directory)?;
-            recorder.read_columns(directory)?;
+            recorder.tables.begin(directory)?;
+            let has_hourglass = recorder.ledger.has_hourglass();
+            recorder.tables.read_columns(directory, has_hourglass)?;
         }
         recorder.writing = start.elapsed().saturating_sub(recorder.accounting);
         Ok(recorder)
@@ -120,17 +122,15 @@ impl<const D: usize> Recorder<D> {
         prepare_directory(directory).map_err(|error| RunError::Choice(error.to_string()))?;
         sweep_partial_files(directory);
         let same = same_place(&source, directory);
-        let titles = self.probe_titles();
-        let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
         let frames = saved.counts::<2>("frames").map_err(|error| misfit(checkpoint, &error))?[0];
         let mut tables = Vec::new();
-        for (name, file, columns, wanted) in [
-            ("history", HISTORY_FILE, &HISTORY[..], self.keeps_history),
-            ("probes", PROBES_FILE, &titles[..], !self.gauges.is_empty()),
-        ] {
-            if wanted && saved.has(name) {
+        let wanted = self.tables.wanted();
+        for Wanted { name, file, titles } in &wanted {
+            if saved.has(name) {
                 let bytes = saved.count(name).map_err(|error| misfit(checkpoint, &error))? as u64;
-                tables.push((name, file, columns, bytes, Table::reopen(&source.join(file), columns, bytes)));
+                let columns: Vec<&str> = titles.iter().map(String::as_str).collect();
+                let table = Table::reopen(&source.join(file), &columns, bytes);
+                tables.push((*name, *file, columns, bytes, table));
             }
         }
         let series = Frames::reopen(&source, &scene.output.fields, self.origin(), frames);
@@ -164,10 +164,10 @@ impl<const D: usize> Recorder<D> {
                 let content = std::fs::read(&from).map_err(OutputError::unreadable("the table", &from))?;
                 let whole = content.get(..usize::try_from(bytes).unwrap_or(usize::MAX)).unwrap_or(&content);
                 write_atomically(&to, |file| file.write_all(whole))?;
-                table = Table::reopen(&to, columns, bytes)?;
+                table = Table::reopen(&to, &columns, bytes)?;
                 table.cut(bytes)?;
             }
-            *(if name == "history" { &mut self.history } else { &mut self.probe_table }) = Some(table);
+            *self.tables.on_disk(name) = Some(table);
         }
         self.frames = Some(match series {
             Some(mut series) => {
@@ -178,34 +178,6 @@ impl<const D: usize> Recorder<D> {
         });
         if !lost.is_empty() {
             prepared.warnings.push(format!("tables or frames begin at the checkpoint: {}", lost.join("; ")));
-        }
-        Ok(())
-    }
-
-    /// The columns for plots, from the tables as they are now.
-    fn read_columns(&mut self, directory: &Path) -> Result<(), RunError> {
-        if !self.plots {
-            return Ok(());
-        }
-        let column = |table: &StoredTable, name: &str| table.column(name).map(<[f64]>::to_vec);
-        if self.history.is_some() {
-            let table = StoredTable::read(&directory.join(HISTORY_FILE))?;
-            self.columns.t = column(&table, "t")?;
-            self.columns.kinetic = column(&table, "kinetic")?;
-            self.columns.internal = column(&table, "internal")?;
-            self.columns.external = column(&table, "external")?;
-            self.columns.dissipated = column(&table, "dissipated")?;
-            self.columns.total = column(&table, "total")?;
-            if self.ledger.has_hourglass() {
-                self.columns.hourglass = column(&table, "hourglass")?;
-            }
-        }
-        if self.probe_table.is_some() {
-            let table = StoredTable::read(&directory.join(PROBES_FILE))?;
-            self.probe_columns.t = column(&table, "t")?;
-            for (name, values) in self.probe_columns.names.iter().zip(&mut self.probe_columns.values) {
-                *values = column(&table, name)?;
-            }
         }
         Ok(())
     }

@@ -1,21 +1,25 @@
 //! A study file to its cases; every mistake with its place.
 
+mod refinement;
+
 use std::path::{Path, PathBuf};
 
 use toml_edit::{Document, Item, Table};
 
+pub use refinement::Convergence;
+
+use super::MOST_CASES;
 use super::cases::{Assignment, Case, product};
-use super::entries::{Entry, entries, number};
-use super::{MOST_CASES, orders};
+use super::entries::{Entry, entries};
 use crate::expression::closest;
 use crate::scene::findings::{Findings, Span};
 use crate::scene::source::Source;
 use crate::scene::{SceneError, SceneErrors};
+use refinement::convergence;
 
 /// Largest study file, bytes.
 const LARGEST_FILE: u64 = 1 << 24;
 const KEYS: [&str; 6] = ["title", "scene", "set", "grid", "case", "convergence"];
-const CONVERGENCE_KEYS: [&str; 4] = ["quantity", "sizes", "exact", "refine"];
 
 /// A study whose text is understood; its scene has not been looked at.
 #[derive(Debug, Clone)]
@@ -33,29 +37,6 @@ pub struct Study {
     pub(super) scene_span: Span,
     pub(super) text: String,
     pub(super) source: Source,
-}
-
-/// What a convergence study measures.
-#[derive(Debug, Clone)]
-pub struct Convergence {
-    /// Paths of numbers in the report.
-    pub quantities: Vec<String>,
-    /// Sizes from coarse to fine.
-    pub sizes: Vec<f64>,
-    /// Exact value of the quantity, if known.
-    pub exact: Option<f64>,
-    /// What a size is: the key that has it as its value, or `size`.
-    pub size_name: String,
-    pub(super) quantity_spans: Vec<Span>,
-    /// The refined keys, with a value per level each.
-    levels: Vec<Vec<Assignment>>,
-}
-
-impl Convergence {
-    /// Number of refined keys.
-    pub(super) fn refined(&self) -> usize {
-        self.levels.len()
-    }
 }
 
 impl Study {
@@ -225,80 +206,6 @@ fn values(entry: &Entry, text: &str, findings: &mut Findings<'_>) -> Option<Vec<
     };
     let place = |value: &toml_edit::Value| value.span().unwrap_or_else(|| entry.value_span.clone());
     Some(list.iter().map(|value| Assignment::new(entry, super::entries::line(value, text), place(value))).collect())
-}
-
-fn convergence(item: &Item, text: &str, findings: &mut Findings<'_>) -> Option<Convergence> {
-    let Some(table) = item.as_table_like() else {
-        findings.error(span_of(item), "`convergence` is not a table", "write `[convergence]` and its keys below it");
-        return None;
-    };
-    known_keys(table, &CONVERGENCE_KEYS, findings);
-    let before = findings.count();
-    let place = item.span().unwrap_or(0..0);
-    let mut quantities = Vec::new();
-    match table.get("quantity").and_then(Item::as_value) {
-        None => findings.error(
-            place.clone(),
-            "the key `quantity` is missing",
-            "add `quantity = \"errors.displacement.l2\"` or another number of report.json",
-        ),
-        Some(value) => {
-            let one = std::slice::from_ref(value);
-            let all: Vec<&toml_edit::Value> =
-                value.as_array().map_or(one.iter().collect(), |list| list.iter().collect());
-            for value in all {
-                let span = value.span().unwrap_or_else(|| place.clone());
-                match value.as_str() {
-                    Some(path) => quantities.push((path.to_owned(), span)),
-                    None => findings.error(span, "a quantity is a text", "write its path in report.json in quotes"),
-                }
-            }
-        }
-    }
-    let exact = table.get("exact").and_then(|item| {
-        let found = item.as_value().and_then(number).filter(|number| number.is_finite());
-        if found.is_none() {
-            findings.error(
-                span_of(item),
-                "`exact` is not a number",
-                "give the exact value, or leave it out: it is extrapolated",
-            );
-        }
-        found
-    });
-    let refined =
-        table.get("refine").and_then(Item::as_table_like).map(|refine| entries(refine, findings)).unwrap_or_default();
-    if refined.is_empty() {
-        findings.error(
-            place.clone(),
-            "no key is refined",
-            "add `[convergence.refine]` and a key, as `body.0.spacing = 1.0`, a factor of the size",
-        );
-        return None;
-    }
-    let sizes = orders::sizes(table.get("sizes"), &refined, &place, findings)?;
-    let levels: Vec<_> = refined.iter().filter_map(|entry| refinement(entry, &sizes, text, findings)).collect();
-    let itself = |values: &&Vec<Assignment>| {
-        values.iter().zip(&sizes).all(|(one, size)| one.value.parse::<f64>().is_ok_and(|value| value == *size))
-    };
-    let size_name = levels.iter().find(itself).map_or("size", |values| values[0].key.as_str()).to_owned();
-    let (quantities, quantity_spans) = quantities.into_iter().unzip();
-    (findings.count() == before).then_some(Convergence { quantities, sizes, exact, size_name, quantity_spans, levels })
-}
-
-/// The values of a refined key, one per size.
-fn refinement(entry: &Entry, sizes: &[f64], text: &str, findings: &mut Findings<'_>) -> Option<Vec<Assignment>> {
-    if let Some(factor) = number(&entry.value).filter(|factor| factor.is_finite()) {
-        let value = |size: &f64| orders::rounded(factor * size);
-        return Some(sizes.iter().map(|size| Assignment::new(entry, value(size), entry.value_span.clone())).collect());
-    }
-    let all = values(entry, text, findings)?;
-    if all.len() == sizes.len() {
-        return Some(all);
-    }
-    let message = format!("`{}` has {} value(s) for {} sizes", entry.key, all.len(), sizes.len());
-    findings.error(entry.value_span.clone(), message, "give one value for each size, or a factor of the size");
-    None
 }
 
 /// Notes keys that a case sets twice.

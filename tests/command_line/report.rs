@@ -1,5 +1,8 @@
 //! `report.json` of a real run: every promised key, and numbers that belong together.
 
+use std::path::Path;
+
+use nicolson::output::Report;
 use serde_json::Value;
 
 use super::{example, readable, run, table};
@@ -29,6 +32,21 @@ fn promised_keys(tree: &Value) {
     }
 }
 
+fn tree(directory: &Path) -> Value {
+    let text = std::fs::read_to_string(directory.join("report.json")).expect("a report");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+#[test]
+fn every_promised_key_is_there_even_in_an_empty_report() {
+    let directory = tempfile::tempdir().expect("a directory");
+    Report::default().write(directory.path()).expect("a report");
+    let tree = tree(directory.path());
+    promised_keys(&tree);
+    assert_eq!(tree["status"], "failed");
+    assert_eq!(tree["warnings"], serde_json::json!([]));
+}
+
 #[test]
 fn every_promised_key_is_in_the_report_of_a_run() {
     let directory = tempfile::tempdir().expect("a directory");
@@ -40,8 +58,7 @@ fn every_promised_key_is_in_the_report_of_a_run() {
     ] {
         let out = directory.path().join("out");
         assert_eq!(run(&example(name), &out, overrides, &["--quiet", "--threads", "2"]).code, 0);
-        let text = std::fs::read_to_string(out.join("report.json")).expect("a report");
-        let tree: Value = serde_json::from_str(&text).expect("JSON");
+        let tree = tree(&out);
         promised_keys(&tree);
         assert_eq!(tree["status"], "completed");
         assert_eq!(tree["message"], Value::Null);

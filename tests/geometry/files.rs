@@ -7,7 +7,8 @@ use nicolson::geometry::{Triangle, write_stl};
 use nicolson::output::{Frame, Precision};
 use nicolson::tensor::Vector;
 
-use super::{example, good, nicolson, read, scene};
+use super::support::written::read;
+use super::{example, good, nicolson, scene};
 
 /// A sphere of radius 1, or a torus of radii 1 and `tube`.
 fn round(n: usize, m: usize, tube: Option<f64>) -> Vec<Triangle> {

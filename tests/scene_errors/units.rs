@@ -1,11 +1,10 @@
 //! Quantities with units: mistakes in them, and that they mean what they say.
 
-use std::path::Path;
-
 use nicolson::material::Volumetric;
 use nicolson::scene::Scene;
 use nicolson::setup::{ExactSolution, Setup};
 
+use super::support::written;
 use super::{GOOD, check};
 
 #[test]
@@ -33,7 +32,7 @@ fn a_quantity_of_the_wrong_kind_is_refused_where_it_stands() {
 }
 
 fn set_up(text: &str) -> (Scene, String) {
-    let scene = Scene::parse(text, "scene.toml", Path::new(""), &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    let scene = written::scene(text);
     let (setup, _) = scene.setup::<2>().unwrap_or_else(|errors| panic!("{errors}"));
     (scene, format!("{setup:?}"))
 }
@@ -100,11 +99,7 @@ fn a_declared_system_scales_numbers_and_expressions() {
         assert_eq!(text.matches(metres).count(), 1, "{metres}");
         text = text.replace(metres, millimetres);
     }
-    let read = |text: &str| {
-        let scene = Scene::parse(text, "scene.toml", Path::new(""), &[]).unwrap_or_else(|errors| panic!("{errors}"));
-        scene.setup::<2>().unwrap_or_else(|errors| panic!("{errors}")).0
-    };
-    let (one, other) = (read(&text), read(GOOD));
+    let [one, other] = [&text, GOOD].map(|text| written::set_up::<2>(text).0);
     assert_eq!(one.particles.positions, other.particles.positions);
     assert_eq!(one.particles.volumes, other.particles.volumes);
     assert_eq!((&one.constraints, one.gravity), (&other.constraints, other.gravity));

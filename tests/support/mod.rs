@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "every test file uses its own part of this module")]
 
 pub mod scenes;
+pub mod written;
 
 use nicolson::material::Material;
 use nicolson::model::Noise;

@@ -37,6 +37,7 @@ use super::precondition::SymmetricPart;
 use super::{LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, OperatorAge, Symmetry, Tangent};
 use crate::snapshot::{RestoreError, Snapshot};
 use iterating::Iterating;
+use paths::Equation;
 
 /// A solver without a factor takes hardly fewer iterations than this to any useful accuracy.
 const FEW_ITERATIONS: f64 = 15.0;
@@ -235,11 +236,12 @@ impl LinearSolver for Automatic {
         tolerance: f64,
     ) -> Result<LinearReport, LinearError> {
         self.counts.solves += 1;
+        let equation = &mut Equation { tangent, b, x, tolerance };
         match self.path {
             Path::Undecided => Err(LinearError::NotPrepared),
-            Path::Iterate => self.solve_by_iterating(tangent, b, x, tolerance),
-            Path::Factor => self.solve_by_factor(tangent, b, x, tolerance),
-            Path::Lu => self.solve_generally(tangent, b, x, tolerance),
+            Path::Iterate => self.solve_by_iterating(equation),
+            Path::Factor => self.solve_by_factor(equation),
+            Path::Lu => self.solve_generally(equation),
         }
     }
 

@@ -5,7 +5,7 @@
 //! residual step is kept away from zero as by Sleijpen & van der Vorst (1995). After a break-down (or a
 //! recursion that has drifted from the true residual) it starts again with another shadow residual.
 
-use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, misses, residual};
+use super::iteration::{Outcome, Stop, System, misses};
 use crate::vector::{axpy, dot, norm};
 
 /// Cosine below which two vectors count as orthogonal.
@@ -36,16 +36,9 @@ enum End {
 }
 
 impl BiCgStab {
-    /// Improves `x` until `‖b − A x‖ ≤ tolerance ‖b‖`; `b` is not zero.
-    pub(super) fn solve(
-        &mut self,
-        action: &Action<'_>,
-        inverse: &mut dyn ApproximateInverse,
-        b: &[f64],
-        x: &mut [f64],
-        limits: Limits,
-    ) -> Outcome {
-        let n = b.len();
+    /// Improves `x` until `‖b − A x‖ ≤ tolerance ‖b‖`.
+    pub(super) fn solve(&mut self, system: &mut System<'_>, x: &mut [f64]) -> Outcome {
+        let n = system.size();
         for work in [
             &mut self.residual,
             &mut self.shadow,
@@ -57,37 +50,35 @@ impl BiCgStab {
         ] {
             work.resize(n, 0.0);
         }
-        let scale = norm(b);
-        let mut iterations = 0;
-        let mut relative = residual(action, b, x, &mut self.residual) / scale;
+        let mut relative = system.residual(x, &mut self.residual);
         let mut fruitless = 0;
         for start in 0..STARTS {
-            if let Some(outcome) = Outcome::at_start(iterations, relative, limits) {
+            if let Some(outcome) = system.at_start(relative) {
                 return outcome;
             }
             self.choose_shadow(fruitless, start);
             self.best.copy_from_slice(x);
-            let end = self.sequence(action, inverse, x, limits, scale, &mut iterations);
-            let reached = residual(action, b, x, &mut self.residual) / scale;
+            let end = self.sequence(system, x);
+            let reached = system.residual(x, &mut self.residual);
             if misses(reached, relative) {
                 // Worse than before: back.
                 x.copy_from_slice(&self.best);
-                residual(action, b, x, &mut self.residual);
+                system.residual(x, &mut self.residual);
                 fruitless += 1;
             } else {
                 fruitless = if reached < 0.5 * relative { 0 } else { fruitless + 1 };
                 relative = reached;
             }
             let stop = match end {
-                _ if relative <= limits.tolerance => Stop::Converged,
+                _ if relative <= system.limits.tolerance => Stop::Converged,
                 End::Limit => Stop::Limit,
                 End::NotFinite if fruitless > 0 => Stop::NotFinite,
                 _ if fruitless > 2 => Stop::Breakdown,
                 _ => continue,
             };
-            return Outcome { iterations, relative_residual: relative, stop };
+            return system.outcome(relative, stop);
         }
-        Outcome { iterations, relative_residual: relative, stop: Stop::Breakdown }
+        system.outcome(relative, Stop::Breakdown)
     }
 
     /// The residual itself; after fruitless starts, something that is not orthogonal by structure.
@@ -103,30 +94,22 @@ impl BiCgStab {
     }
 
     /// Steps from the present residual.
-    fn sequence(
-        &mut self,
-        action: &Action<'_>,
-        inverse: &mut dyn ApproximateInverse,
-        x: &mut [f64],
-        limits: Limits,
-        scale: f64,
-        iterations: &mut usize,
-    ) -> End {
-        let target = limits.tolerance * scale;
+    fn sequence(&mut self, system: &mut System<'_>, x: &mut [f64]) -> End {
+        let target = system.target();
         let shadow_length = norm(&self.shadow);
         let mut projection = dot(&self.shadow, &self.residual);
         let mut length = norm(&self.residual);
         self.direction.copy_from_slice(&self.residual);
         loop {
-            if *iterations >= limits.max_iterations {
+            if system.is_used_up() {
                 return End::Limit;
             }
             if projection.abs() <= ORTHOGONAL * shadow_length * length {
                 return End::Orthogonal;
             }
-            *iterations += 1;
-            inverse.apply_within(action, &self.direction, &mut self.preconditioned);
-            action(&self.preconditioned, &mut self.product);
+            system.iterations += 1;
+            system.precondition(&self.direction, &mut self.preconditioned);
+            system.apply(&self.preconditioned, &mut self.product);
             let slope = dot(&self.shadow, &self.product);
             let stretched = norm(&self.product);
             if !slope.is_finite() || !stretched.is_finite() {
@@ -145,8 +128,8 @@ impl BiCgStab {
             if length <= target {
                 return End::RecursionConverged;
             }
-            inverse.apply_within(action, &self.residual, &mut self.preconditioned);
-            action(&self.preconditioned, &mut self.second);
+            system.precondition(&self.residual, &mut self.preconditioned);
+            system.apply(&self.preconditioned, &mut self.second);
             let stretched = norm(&self.second);
             if !stretched.is_finite() {
                 return End::NotFinite;

@@ -4,7 +4,7 @@
 //! definite. A direction with `pᵀ A p ≤ 0` proves that `A` is not, and ends the iteration: for a
 //! structure it means loss of stability. Hestenes & Stiefel (1952); Saad (2003), algorithm 9.1.
 
-use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, residual};
+use super::iteration::{Outcome, Stop, System};
 use crate::vector::{axpy, dot, norm};
 
 /// `‖A p‖` below this fraction of the largest `‖A p‖ / ‖p‖` seen counts as `A p = 0`.
@@ -20,56 +20,37 @@ pub(super) struct Cg {
 }
 
 impl Cg {
-    /// Improves `x` until `‖b − A x‖ ≤ tolerance ‖b‖`; `b` is not zero.
-    pub(super) fn solve(
-        &mut self,
-        action: &Action<'_>,
-        inverse: &mut dyn ApproximateInverse,
-        b: &[f64],
-        x: &mut [f64],
-        limits: Limits,
-    ) -> Outcome {
-        let n = b.len();
+    /// Improves `x` until `‖b − A x‖ ≤ tolerance ‖b‖`.
+    pub(super) fn solve(&mut self, system: &mut System<'_>, x: &mut [f64]) -> Outcome {
+        let n = system.size();
         for work in [&mut self.residual, &mut self.preconditioned, &mut self.direction, &mut self.product] {
             work.resize(n, 0.0);
         }
-        let scale = norm(b);
-        let mut iterations = 0;
         let mut largest = 0.0_f64;
-        let mut relative = residual(action, b, x, &mut self.residual) / scale;
+        let mut relative = system.residual(x, &mut self.residual);
         loop {
-            if let Some(outcome) = Outcome::at_start(iterations, relative, limits) {
+            if let Some(outcome) = system.at_start(relative) {
                 return outcome;
             }
             let begin = relative;
-            let stop = self.sequence(action, inverse, x, limits, scale, &mut iterations, &mut largest);
-            relative = residual(action, b, x, &mut self.residual) / scale;
+            let stop = self.sequence(system, x, &mut largest);
+            relative = system.residual(x, &mut self.residual);
             if let Some(stop) = stop {
-                return Outcome { iterations, relative_residual: relative, stop };
+                return system.outcome(relative, stop);
             }
-            if let Some(outcome) = Outcome::stalled(iterations, relative, begin, limits) {
+            if let Some(outcome) = system.stalled(relative, begin) {
                 return outcome;
             }
         }
     }
 
     /// Conjugate directions from the present residual. `None`: its recursion has converged.
-    #[expect(clippy::too_many_arguments, reason = "the state of one iteration")]
-    fn sequence(
-        &mut self,
-        action: &Action<'_>,
-        inverse: &mut dyn ApproximateInverse,
-        x: &mut [f64],
-        limits: Limits,
-        scale: f64,
-        iterations: &mut usize,
-        largest: &mut f64,
-    ) -> Option<Stop> {
-        inverse.apply_within(action, &self.residual, &mut self.preconditioned);
+    fn sequence(&mut self, system: &mut System<'_>, x: &mut [f64], largest: &mut f64) -> Option<Stop> {
+        system.precondition(&self.residual, &mut self.preconditioned);
         self.direction.copy_from_slice(&self.preconditioned);
         let mut product = dot(&self.residual, &self.preconditioned);
         loop {
-            if *iterations >= limits.max_iterations {
+            if system.is_used_up() {
                 return Some(Stop::Limit);
             }
             if !product.is_finite() {
@@ -79,8 +60,8 @@ impl Cg {
                 // The preconditioner is not positive definite.
                 return Some(Stop::Breakdown);
             }
-            action(&self.direction, &mut self.product);
-            *iterations += 1;
+            system.apply(&self.direction, &mut self.product);
+            system.iterations += 1;
             let curvature = dot(&self.direction, &self.product);
             let (length, stretched) = (norm(&self.direction), norm(&self.product));
             if !curvature.is_finite() || !stretched.is_finite() {
@@ -97,10 +78,10 @@ impl Cg {
             let step = product / curvature;
             axpy(step, &self.direction, x);
             axpy(-step, &self.product, &mut self.residual);
-            if norm(&self.residual) <= limits.tolerance * scale {
+            if norm(&self.residual) <= system.target() {
                 return None;
             }
-            inverse.apply_within(action, &self.residual, &mut self.preconditioned);
+            system.precondition(&self.residual, &mut self.preconditioned);
             let next = dot(&self.residual, &self.preconditioned);
             let conjugation = next / product;
             for (p, z) in self.direction.iter_mut().zip(&self.preconditioned) {

@@ -8,7 +8,7 @@
 use super::effort::FactorSize;
 use super::factor::{FactoredMatrix, Factors};
 use super::gmres::Gmres;
-use super::iteration::{ApproximateInverse, Limits, check_vectors, misses, residual};
+use super::iteration::{ApproximateInverse, Limits, System, check_vectors, misses, residual};
 use super::{LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, OperatorAge, Tangent};
 use crate::snapshot::{RestoreError, Snapshot};
 use crate::vector::{axpy, first_not_finite, max_norm, norm};
@@ -191,7 +191,8 @@ impl Direct {
             if !self.at_rounding(x, b) {
                 let max_iterations = ACCELERATED.min(most).saturating_sub(iterations);
                 let limits = Limits { tolerance, max_iterations };
-                let outcome = self.acceleration.solve(&action, &mut self.factor, b, x, limits);
+                let mut system = System::new(&action, &mut self.factor, b, limits);
+                let outcome = self.acceleration.solve(&mut system, x);
                 iterations += outcome.iterations;
                 relative = outcome.relative_residual;
             }

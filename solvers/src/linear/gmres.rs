@@ -5,7 +5,7 @@
 //! second pass when cancellation calls for it, least squares by Givens rotations. Saad & Schultz
 //! (1986); Saad (2003), *Iterative Methods for Sparse Linear Systems*, §6.5 and algorithm 9.5.
 
-use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, misses, residual};
+use super::iteration::{Outcome, Stop, System, misses};
 use crate::vector::{axpy, dot, norm};
 
 /// A vector that loses this much of its length in the projection is projected once more.
@@ -41,53 +41,37 @@ impl Gmres {
         }
     }
 
-    /// Improves `x` until `‖b − A x‖ ≤ tolerance ‖b‖`; `b` is not zero.
-    pub(super) fn solve(
-        &mut self,
-        action: &Action<'_>,
-        inverse: &mut dyn ApproximateInverse,
-        b: &[f64],
-        x: &mut [f64],
-        limits: Limits,
-    ) -> Outcome {
-        let n = b.len();
+    /// Improves `x` until `‖b − A x‖ ≤ tolerance ‖b‖`.
+    pub(super) fn solve(&mut self, system: &mut System<'_>, x: &mut [f64]) -> Outcome {
+        let n = system.size();
         self.direction.resize(n, 0.0);
         self.residual.resize(n, 0.0);
-        let scale = norm(b);
-        let mut iterations = 0;
-        let mut relative = residual(action, b, x, &mut self.residual) / scale;
+        let mut relative = system.residual(x, &mut self.residual);
         loop {
-            if let Some(outcome) = Outcome::at_start(iterations, relative, limits) {
+            if let Some(outcome) = system.at_start(relative) {
                 return outcome;
             }
-            if iterations >= limits.max_iterations {
-                return Outcome { iterations, relative_residual: relative, stop: Stop::Limit };
+            if system.is_used_up() {
+                return system.outcome(relative, Stop::Limit);
             }
-            let steps = self.restart.min(limits.max_iterations - iterations);
-            let (done, end) = self.cycle(action, inverse, scale * limits.tolerance, steps);
-            iterations += done;
-            if !self.update(action, inverse, done, x) {
-                return Outcome { iterations, relative_residual: relative, stop: end.unwrap_or(Stop::NotFinite) };
+            let steps = self.restart.min(system.limits.max_iterations - system.iterations);
+            let (done, end) = self.cycle(system, steps);
+            system.iterations += done;
+            if !self.update(system, done, x) {
+                return system.outcome(relative, end.unwrap_or(Stop::NotFinite));
             }
             let before = relative;
-            relative = residual(action, b, x, &mut self.residual) / scale;
-            if misses(relative, limits.tolerance) && misses(relative, CYCLE_PROGRESS * before) {
+            relative = system.residual(x, &mut self.residual);
+            if misses(relative, system.limits.tolerance) && misses(relative, CYCLE_PROGRESS * before) {
                 let stop = if relative.is_finite() { end.unwrap_or(Stop::Limit) } else { Stop::NotFinite };
-                let relative_residual = if relative.is_finite() { relative } else { before };
-                return Outcome { iterations, relative_residual, stop };
+                return system.outcome(if relative.is_finite() { relative } else { before }, stop);
             }
         }
     }
 
     /// One Arnoldi cycle from the present residual. Returns the number of usable steps, and why the space
     /// could not grow if that ended it.
-    fn cycle(
-        &mut self,
-        action: &Action<'_>,
-        inverse: &mut dyn ApproximateInverse,
-        target: f64,
-        steps: usize,
-    ) -> (usize, Option<Stop>) {
+    fn cycle(&mut self, system: &mut System<'_>, steps: usize) -> (usize, Option<Stop>) {
         let n = self.residual.len();
         let start = norm(&self.residual);
         self.projected.clear();
@@ -101,8 +85,8 @@ impl Gmres {
             self.vector(j + 1, n);
             let (old, new) = self.basis.split_at_mut(j + 1);
             let w = &mut new[0];
-            inverse.apply_within(action, &old[j], &mut self.direction);
-            action(&self.direction, w);
+            system.precondition(&old[j], &mut self.direction);
+            system.apply(&self.direction, w);
             let length = norm(w);
             if !length.is_finite() {
                 return (j, Some(Stop::NotFinite));
@@ -147,7 +131,7 @@ impl Gmres {
             let g = self.projected[j];
             self.projected[j] = c * g;
             self.projected.push(-s * g);
-            if (s * g).abs() <= target || invariant {
+            if (s * g).abs() <= system.target() || invariant {
                 return (j + 1, invariant.then_some(Stop::Breakdown));
             }
         }
@@ -155,13 +139,7 @@ impl Gmres {
     }
 
     /// `x += M⁻¹ V y` with `R y = g`. False if nothing finite came out.
-    fn update(
-        &mut self,
-        action: &Action<'_>,
-        inverse: &mut dyn ApproximateInverse,
-        steps: usize,
-        x: &mut [f64],
-    ) -> bool {
+    fn update(&mut self, system: &mut System<'_>, steps: usize, x: &mut [f64]) -> bool {
         if steps == 0 {
             return false;
         }
@@ -177,7 +155,7 @@ impl Gmres {
         for (v, &y) in self.basis.iter().zip(&y[..steps]) {
             axpy(y, v, &mut self.residual);
         }
-        inverse.apply_within(action, &self.residual, &mut self.direction);
+        system.precondition(&self.residual, &mut self.direction);
         if crate::vector::first_not_finite(&self.direction).is_some() {
             return false;
         }

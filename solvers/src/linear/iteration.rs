@@ -83,26 +83,78 @@ pub(super) struct Outcome {
 /// Iterations start again from the true residual as long as that still shrinks to this fraction.
 const RESTART_PROGRESS: f64 = 0.5;
 
-impl Outcome {
+/// What an iteration is given, `A x = b` with `b` not zero and `M⁻¹ ≈ A⁻¹`, and the iterations taken so far.
+pub(super) struct System<'a> {
+    action: &'a Action<'a>,
+    inverse: &'a mut dyn ApproximateInverse,
+    right: &'a [f64],
+    /// `‖b‖`.
+    pub(super) scale: f64,
+    pub(super) limits: Limits,
+    pub(super) iterations: usize,
+}
+
+impl<'a> System<'a> {
+    pub(super) fn new(
+        action: &'a Action<'a>,
+        inverse: &'a mut dyn ApproximateInverse,
+        right: &'a [f64],
+        limits: Limits,
+    ) -> Self {
+        Self { action, inverse, right, scale: norm(right), limits, iterations: 0 }
+    }
+
+    /// Number of unknowns.
+    pub(super) fn size(&self) -> usize {
+        self.right.len()
+    }
+
+    /// `out = A v`.
+    pub(super) fn apply(&self, v: &[f64], out: &mut [f64]) {
+        (self.action)(v, out);
+    }
+
+    /// `z = M⁻¹ r`.
+    pub(super) fn precondition(&mut self, r: &[f64], z: &mut [f64]) {
+        self.inverse.apply_within(self.action, r, z);
+    }
+
+    /// `r = b − A x`, and `‖r‖ / ‖b‖`.
+    pub(super) fn residual(&self, x: &[f64], r: &mut [f64]) -> f64 {
+        residual(self.action, self.right, x, r) / self.scale
+    }
+
+    /// The `‖b − A x‖` that is wanted.
+    pub(super) fn target(&self) -> f64 {
+        self.limits.tolerance * self.scale
+    }
+
+    /// Whether all iterations are used up.
+    pub(super) fn is_used_up(&self) -> bool {
+        self.iterations >= self.limits.max_iterations
+    }
+
+    /// The outcome at a residual.
+    pub(super) fn outcome(&self, relative_residual: f64, stop: Stop) -> Outcome {
+        Outcome { iterations: self.iterations, relative_residual, stop }
+    }
+
     /// The outcome where there is nothing to do from a residual, or nothing that can be done.
-    pub(super) fn at_start(iterations: usize, relative: f64, limits: Limits) -> Option<Self> {
+    pub(super) fn at_start(&self, relative: f64) -> Option<Outcome> {
         let stop = match () {
             () if !relative.is_finite() => Stop::NotFinite,
-            () if relative <= limits.tolerance => Stop::Converged,
+            () if relative <= self.limits.tolerance => Stop::Converged,
             () => return None,
         };
-        Some(Self { iterations, relative_residual: relative, stop })
+        Some(self.outcome(relative, stop))
     }
 
     /// The outcome where the residual of a recursion has converged, and the true one neither has nor gets smaller by
     /// starting again.
-    pub(super) fn stalled(iterations: usize, relative: f64, before: f64, limits: Limits) -> Option<Self> {
+    pub(super) fn stalled(&self, relative: f64, before: f64) -> Option<Outcome> {
         let stop = if relative.is_finite() { Stop::Limit } else { Stop::NotFinite };
-        (misses(relative, limits.tolerance) && misses(relative, RESTART_PROGRESS * before)).then_some(Self {
-            iterations,
-            relative_residual: relative,
-            stop,
-        })
+        (misses(relative, self.limits.tolerance) && misses(relative, RESTART_PROGRESS * before))
+            .then(|| self.outcome(relative, stop))
     }
 }
 

@@ -4,6 +4,8 @@
 //! Assembled entries are of that moment; before every solve one product is compared with that of the
 //! operator, and if they differ (or the solution turns out to be inaccurate) the action takes over.
 
+mod shown;
+
 use std::sync::Arc;
 
 use super::bicgstab::BiCgStab;
@@ -11,14 +13,17 @@ use super::cg::Cg;
 use super::choice::{KrylovOptions, Operator, Preconditioner, PreconditionerMatrix};
 use super::factor::check_entries;
 use super::gmres::Gmres;
-use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, check_vectors, is_known, misses, residual};
+use super::iteration::{
+    Action, ApproximateInverse, Limits, Outcome, Stop, System, check_vectors, is_known, misses, residual,
+};
 use super::minres::Minres;
 use super::{
-    CoarseMatrix, Geometry, LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, OperatorAge,
-    Places, SparseMatrix, SparsePattern, Symmetry, Tangent, Tents, precondition,
+    LinearCounts, LinearError, LinearReport, LinearSolver, LinearSolverInfo, OperatorAge, SparseMatrix, SparsePattern,
+    Symmetry, Tangent, precondition,
 };
 use crate::snapshot::{RestoreError, Snapshot};
 use crate::vector::{axpy, dot, first_not_finite, max_norm, norm};
+use shown::{Assembled, IsNeedOfEntries, WithoutEntries};
 
 /// Assembled and matrix-free products of the same operator differ by rounding only.
 const SAME_PRODUCT: f64 = 1e-9;
@@ -29,23 +34,6 @@ pub(super) enum Method {
     BiCgStab(BiCgStab),
     Cg(Cg),
     Minres(Minres),
-}
-
-/// Tells the one failure after which an operator is shown with its entries.
-trait IsNeedOfEntries {
-    fn is_need_of_entries(&self) -> bool;
-}
-
-impl IsNeedOfEntries for LinearError {
-    fn is_need_of_entries(&self) -> bool {
-        matches!(self, Self::NeedsEntries { .. })
-    }
-}
-
-impl IsNeedOfEntries for RestoreError {
-    fn is_need_of_entries(&self) -> bool {
-        matches!(self, Self::Linear(error) if error.is_need_of_entries())
-    }
 }
 
 /// A Krylov method with its preconditioner.
@@ -62,97 +50,6 @@ pub(super) struct Krylov {
     right: Vec<f64>,
     work: [Vec<f64>; 2],
     counts: LinearCounts,
-}
-
-/// The operator with entries that are already there.
-struct Assembled<'a> {
-    tangent: &'a dyn Tangent,
-    values: &'a [f64],
-}
-
-impl Tangent for Assembled<'_> {
-    fn size(&self) -> usize {
-        self.tangent.size()
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        self.tangent.symmetry()
-    }
-
-    fn apply(&self, v: &[f64], out: &mut [f64]) {
-        self.tangent.apply(v, out);
-    }
-
-    fn pattern(&self) -> Option<&Arc<SparsePattern>> {
-        self.tangent.pattern()
-    }
-
-    fn fill(&self, values: &mut [f64]) {
-        values.copy_from_slice(self.values);
-    }
-
-    fn blocks(&self) -> &[usize] {
-        self.tangent.blocks()
-    }
-
-    fn geometry(&self) -> Option<Geometry> {
-        self.tangent.geometry()
-    }
-
-    fn project(&self, tents: &Tents, coarse: &mut CoarseMatrix) -> bool {
-        self.tangent.project(tents, coarse)
-    }
-
-    fn sparser(&self) -> Option<&dyn Tangent> {
-        self.tangent.sparser()
-    }
-}
-
-/// The operator with its entries hidden, so that nobody builds their pattern.
-struct WithoutEntries<'a> {
-    tangent: &'a dyn Tangent,
-}
-
-impl Tangent for WithoutEntries<'_> {
-    fn size(&self) -> usize {
-        self.tangent.size()
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        self.tangent.symmetry()
-    }
-
-    fn apply(&self, v: &[f64], out: &mut [f64]) {
-        self.tangent.apply(v, out);
-    }
-
-    fn blocks(&self) -> &[usize] {
-        self.tangent.blocks()
-    }
-
-    fn offers_diagonal_blocks(&self) -> bool {
-        self.tangent.offers_diagonal_blocks()
-    }
-
-    fn diagonal_blocks(&self, values: &mut [f64]) {
-        self.tangent.diagonal_blocks(values);
-    }
-
-    fn geometry(&self) -> Option<Geometry> {
-        self.tangent.geometry()
-    }
-
-    fn project(&self, tents: &Tents, coarse: &mut CoarseMatrix) -> bool {
-        self.tangent.project(tents, coarse)
-    }
-
-    fn places(&self) -> Option<Places> {
-        self.tangent.places()
-    }
-
-    fn sparser(&self) -> Option<&dyn Tangent> {
-        self.tangent.sparser()
-    }
 }
 
 impl Krylov {
@@ -274,12 +171,12 @@ impl Krylov {
 
     /// Runs the iteration on one form of the operator.
     fn iterate(&mut self, action: &Action<'_>, x: &mut [f64], limits: Limits) -> Outcome {
-        let (inverse, b) = (&mut *self.preconditioner, &self.right[..]);
+        let system = &mut System::new(action, &mut *self.preconditioner, &self.right, limits);
         match &mut self.method {
-            Method::Gmres { work, .. } => work.solve(action, inverse, b, x, limits),
-            Method::BiCgStab(work) => work.solve(action, inverse, b, x, limits),
-            Method::Cg(work) => work.solve(action, inverse, b, x, limits),
-            Method::Minres(work) => work.solve(action, inverse, b, x, limits),
+            Method::Gmres { work, .. } => work.solve(system, x),
+            Method::BiCgStab(work) => work.solve(system, x),
+            Method::Cg(work) => work.solve(system, x),
+            Method::Minres(work) => work.solve(system, x),
         }
     }
 

@@ -5,7 +5,7 @@
 //! caller asked for. Paige & Saunders (1975), "Solution of sparse indefinite systems of linear equations"; Elman,
 //! Silvester & Wathen (2014), *Finite Elements and Fast Iterative Solvers*, algorithm 4.1.
 
-use super::iteration::{Action, ApproximateInverse, Limits, Outcome, Stop, misses, residual};
+use super::iteration::{Outcome, Stop, System, misses};
 use crate::vector::{axpy, dot, norm};
 
 /// A rotation this small against the largest stretch seen means `A v = 0`.
@@ -23,57 +23,40 @@ pub(super) struct Minres {
 }
 
 impl Minres {
-    /// Improves `x` until `‖b − A x‖ ≤ tolerance ‖b‖`; `b` is not zero.
-    pub(super) fn solve(
-        &mut self,
-        action: &Action<'_>,
-        inverse: &mut dyn ApproximateInverse,
-        b: &[f64],
-        x: &mut [f64],
-        limits: Limits,
-    ) -> Outcome {
-        let n = b.len();
+    /// Improves `x` until `‖b − A x‖ ≤ tolerance ‖b‖`.
+    pub(super) fn solve(&mut self, system: &mut System<'_>, x: &mut [f64]) -> Outcome {
+        let n = system.size();
         let [v, w] = [&mut self.lanczos, &mut self.directions];
         for work in v.iter_mut().chain(w).chain([&mut self.residual, &mut self.preconditioned, &mut self.product]) {
             work.resize(n, 0.0);
         }
-        let scale = norm(b);
-        let mut iterations = 0;
-        let mut relative = residual(action, b, x, &mut self.residual) / scale;
+        let mut relative = system.residual(x, &mut self.residual);
         loop {
-            if let Some(outcome) = Outcome::at_start(iterations, relative, limits) {
+            if let Some(outcome) = system.at_start(relative) {
                 return outcome;
             }
             let begin = relative;
-            let stop = self.sequence(action, inverse, x, limits, scale, &mut iterations);
-            relative = residual(action, b, x, &mut self.residual) / scale;
-            if let Some(stop) = stop.filter(|_| misses(relative, limits.tolerance)) {
+            let stop = self.sequence(system, x);
+            relative = system.residual(x, &mut self.residual);
+            if let Some(stop) = stop.filter(|_| misses(relative, system.limits.tolerance)) {
                 let stop = if relative.is_finite() { stop } else { Stop::NotFinite };
-                return Outcome { iterations, relative_residual: relative, stop };
+                return system.outcome(relative, stop);
             }
-            if let Some(outcome) = Outcome::stalled(iterations, relative, begin, limits) {
+            if let Some(outcome) = system.stalled(relative, begin) {
                 return outcome;
             }
         }
     }
 
     /// One Lanczos sequence from the present residual. `None`: the carried residual has converged.
-    fn sequence(
-        &mut self,
-        action: &Action<'_>,
-        inverse: &mut dyn ApproximateInverse,
-        x: &mut [f64],
-        limits: Limits,
-        scale: f64,
-        iterations: &mut usize,
-    ) -> Option<Stop> {
+    fn sequence(&mut self, system: &mut System<'_>, x: &mut [f64]) -> Option<Stop> {
         let [present, last] = &mut self.lanczos;
         let [direction, older] = &mut self.directions;
         present.copy_from_slice(&self.residual);
         last.fill(0.0);
         direction.fill(0.0);
         older.fill(0.0);
-        inverse.apply_within(action, present, &mut self.preconditioned);
+        system.precondition(present, &mut self.preconditioned);
         let mut length = match root(dot(&self.preconditioned, present)) {
             Ok(length) => length,
             Err(stop) => return Some(stop),
@@ -83,15 +66,15 @@ impl Minres {
         let (mut c, mut s, mut c_old, mut s_old) = (1.0, 0.0, 1.0, 0.0);
         let mut largest = 0.0_f64;
         loop {
-            if *iterations >= limits.max_iterations {
+            if system.is_used_up() {
                 return Some(Stop::Limit);
             }
             if length == 0.0 {
                 return Some(Stop::Breakdown);
             }
             self.preconditioned.iter_mut().for_each(|z| *z /= length);
-            action(&self.preconditioned, &mut self.product);
-            *iterations += 1;
+            system.apply(&self.preconditioned, &mut self.product);
+            system.iterations += 1;
             let diagonal = dot(&self.product, &self.preconditioned);
             // The next v takes the place of the last one.
             for ((next, v), product) in last.iter_mut().zip(present.iter()).zip(&self.product) {
@@ -105,7 +88,7 @@ impl Minres {
                 *w = z - first * *w - second * old;
             }
             std::mem::swap(direction, older);
-            inverse.apply_within(action, present, &mut self.preconditioned);
+            system.precondition(present, &mut self.preconditioned);
             let next = match root(dot(&self.preconditioned, present)) {
                 Ok(next) => next,
                 Err(stop) => return Some(stop),
@@ -129,7 +112,7 @@ impl Minres {
                 *r = s * s * *r + along * v;
             }
             // Below rounding the carried residual is no longer the true one.
-            if norm(&self.residual) <= limits.tolerance.max(f64::EPSILON) * scale {
+            if norm(&self.residual) <= system.limits.tolerance.max(f64::EPSILON) * system.scale {
                 return None;
             }
             (last_length, length) = (length, next);

@@ -18,8 +18,8 @@
 use rayon::prelude::*;
 
 use super::super::Neighbourhood;
-use super::Failure;
 use super::constraints::Constraints;
+use super::failure::Failure;
 use crate::geometry::gradient_products;
 use crate::setup::{Body, Particles};
 use crate::tensor::{Tensor, Vector};

@@ -33,36 +33,20 @@
 mod boundary;
 mod cells;
 mod constraints;
+mod failure;
+mod least;
 mod normal;
 mod ordering;
 mod step;
 
-use std::collections::VecDeque;
-
-use rayon::prelude::*;
-
-use super::{DiscretisationError, Gradient, describe_particle};
+use super::{DiscretisationError, Gradient};
 use crate::setup::{Body, Particles};
 use crate::tensor::Vector;
 pub(crate) use boundary::face_shares;
 pub(super) use cells::of_body as cells_of_body;
 use constraints::{Constraints, Side};
-use normal::NormalEquations;
-use step::{Step, changes};
+use least::least_change;
 
-/// Part of the allowed residual at which the iteration ends.
-const TARGET: f64 = 0.3;
-/// The iteration also ends if the residual has not come down by this factor in so many steps, and in any
-/// case after as many as this.
-const PROGRESS: f64 = 0.5;
-const PATIENCE: usize = 3;
-const ITERATIONS: usize = 30;
-/// Steps that the iteration remembers.
-const MEMORY: usize = 8;
-/// Rings of neighbours that take part around the particles that need a change.
-const RINGS: usize = 2;
-/// The change has died out if it is this much smaller at the rim than at its largest.
-const DIED_OUT: f64 = 0.25;
 /// Unknowns of the largest system that is factored, in one or two and in three dimensions: beyond that
 /// the factor would take some ten gigabytes.
 const LARGEST: [usize; 2] = [2_000_000, 400_000];
@@ -210,30 +194,6 @@ pub(super) fn balance<const D: usize>(
     Ok(report)
 }
 
-/// The weights nearest to the seed that meet the conditions, changed around the particles of the `core`; if that is
-/// not enough, everywhere.
-fn least_change<const D: usize>(
-    constraints: &Constraints<'_, D>,
-    seed: &[Vector<D>],
-    core: Vec<bool>,
-    effort: Effort,
-    report: &mut BalanceReport,
-) -> Result<Vec<Vector<D>>, Failure> {
-    let inner = (1..RINGS).fold(core, |band, _| widened(constraints, &band));
-    let mut band = widened(constraints, &inner);
-    let whole = !band.contains(&false);
-    let largest = effort.most_unknowns(D);
-    let mut attempt = balanced(constraints, seed, &band, largest, report);
-    if !whole && !attempt.as_ref().is_ok_and(|weights| has_died_out(constraints, seed, weights, &inner)) {
-        band.fill(true);
-        attempt = balanced(constraints, seed, &band, largest, report);
-    }
-    let weights = attempt?;
-    report.band = count(&band);
-    report.unknowns = report.band * 2 * (D + 1);
-    Ok(weights)
-}
-
 fn count(band: &[bool]) -> usize {
     band.iter().filter(|inside| **inside).count()
 }
@@ -247,135 +207,6 @@ fn entries<const D: usize>(gradient: &Gradient<D>, body: &Body) -> std::ops::Ran
 /// Whether a condition is off by more than this.
 fn misses<const D: usize>(residual: &[Side<D>; 2], tolerance: f64) -> bool {
     !residual.iter().all(|side| side.largest() <= tolerance)
-}
-
-/// A band and its neighbours.
-fn widened<const D: usize>(constraints: &Constraints<'_, D>, band: &[bool]) -> Vec<bool> {
-    let near = |a: usize| constraints.row(a).any(|entry| band[constraints.neighbour(entry)]);
-    (0..band.len()).into_par_iter().map(near).collect()
-}
-
-/// Whether entries that reach out of the `inner` particles changed much less than the others.
-fn has_died_out<const D: usize>(
-    constraints: &Constraints<'_, D>,
-    seed: &[Vector<D>],
-    weights: &[Vector<D>],
-    inner: &[bool],
-) -> bool {
-    let (mut largest, mut rim) = (0.0_f64, 0.0_f64);
-    for a in 0..inner.len() {
-        for entry in constraints.row(a) {
-            let change = (weights[entry] - seed[entry]).amax();
-            largest = largest.max(change);
-            if !(inner[a] && inner[constraints.neighbour(entry)]) {
-                rim = rim.max(change);
-            }
-        }
-    }
-    rim <= DIED_OUT * largest
-}
-
-/// Why weights could not be found.
-enum Failure {
-    /// The conditions of a particle stay off by this part of their size.
-    Infeasible { particle: usize, residual: f64 },
-    /// The equations have more unknowns than a factorisation can bear.
-    TooLarge { unknowns: usize, largest: usize },
-    /// The equations could not be solved.
-    Solver(String),
-    /// Cells do not give the weights.
-    NoCells(&'static str),
-}
-
-impl Failure {
-    fn located<const D: usize>(self, body: &Body, particles: &Particles<D>) -> DiscretisationError {
-        match self {
-            Self::Infeasible { particle, residual } => {
-                let a = particle + body.particles.start;
-                DiscretisationError {
-                    place: describe_particle(a, &particles.positions[a]),
-                    reason: format!(
-                        "no weights on the {:.2} spacings that `smoothing` = {} reaches balance constant and linear \
-                         stress with these volumes (off by {residual:.1e})",
-                        crate::kernel::support(body.kernel) * body.smoothing,
-                        body.smoothing
-                    ),
-                    remedy:
-                        "raise `smoothing` (layout = \"cell\" needs 1.2), use layout = \"vertex\" with volumes that \
-                             fit the boundary, or weights = \"separate\""
-                            .into(),
-                }
-            }
-            Self::TooLarge { unknowns, largest } => DiscretisationError {
-                place: format!("body `{}`", body.name),
-                reason: format!("balancing its weights takes {unknowns} unknowns, more than {largest}"),
-                remedy:
-                    "use a box, bent or not, with layout = \"vertex\" and weights = \"cells\" or \"auto\", which solve \
-                         no equations; or volumes = \"stencil\", or weights = \"separate\""
-                        .into(),
-            },
-            Self::NoCells(reason) => DiscretisationError {
-                place: format!("body `{}`", body.name),
-                reason: format!("its weights cannot be those of cells: {reason}"),
-                remedy: "use a box, bent or not, with layout = \"vertex\" and volumes = \"cells\", or \
-                         weights = \"balanced\""
-                    .into(),
-            },
-            Self::Solver(reason) => DiscretisationError {
-                place: format!("body `{}`", body.name),
-                reason: format!("the equations of the balanced weights could not be solved: {reason}"),
-                remedy: "use weights = \"separate\"".into(),
-            },
-        }
-    }
-}
-
-/// The weights nearest to the seed that meet the conditions, changed within a band only.
-fn balanced<const D: usize>(
-    constraints: &Constraints<'_, D>,
-    seed: &[Vector<D>],
-    band: &[bool],
-    largest: usize,
-    report: &mut BalanceReport,
-) -> Result<Vec<Vector<D>>, Failure> {
-    let unknowns = count(band) * 2 * (D + 1);
-    if unknowns > largest {
-        return Err(Failure::TooLarge { unknowns, largest });
-    }
-    let solver = |error: nicolson_solvers::linear::LinearError| Failure::Solver(error.to_string());
-    let mut equations = NormalEquations::new(constraints, band).map_err(solver)?;
-    let (scale, tolerance) = (constraints.scale(), constraints.tolerance());
-    let mut weights = seed.to_vec();
-    let mut residuals = constraints.residuals(&weights);
-    let mut best = worst(&residuals);
-    let mut steps: VecDeque<Step<D>> = VecDeque::with_capacity(MEMORY);
-    let (mut waited, mut milestone) = (0, best.1);
-    for _ in 0..ITERATIONS {
-        report.iterations += 1;
-        let multipliers = equations.solve(&residuals).map_err(solver)?;
-        let mut step = Step::new(constraints, changes(constraints, band, &multipliers));
-        steps.iter().for_each(|earlier| step.avoid(earlier));
-        let length = step.length(&residuals);
-        for (weight, change) in weights.iter_mut().zip(&step.changes) {
-            *weight += change.component_mul(&length);
-        }
-        residuals = constraints.residuals(&weights);
-        if steps.len() == MEMORY {
-            steps.pop_front();
-        }
-        steps.push_back(step);
-        best = worst(&residuals);
-        waited += 1;
-        if best.1 < PROGRESS * milestone {
-            (waited, milestone) = (0, best.1);
-        }
-        if waited > PATIENCE || best.1 <= TARGET * tolerance {
-            break;
-        }
-    }
-    let (particle, residual) = best;
-    report.residual = residual / scale;
-    if residual <= tolerance { Ok(weights) } else { Err(Failure::Infeasible { particle, residual: residual / scale }) }
 }
 
 /// The particle whose conditions are off most, and by how much.

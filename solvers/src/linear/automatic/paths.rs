@@ -20,6 +20,30 @@ const MOST_CORRECTIONS: usize = 90;
 /// GMRES needs about this part of the iterations that the contraction of refinement promises.
 const ACCELERATION: f64 = 0.5;
 
+/// What a solve is asked for: the `x` of `A x = b`, to a relative residual.
+pub(super) struct Equation<'a> {
+    pub(super) tangent: &'a dyn Tangent,
+    pub(super) b: &'a [f64],
+    pub(super) x: &'a mut [f64],
+    pub(super) tolerance: f64,
+}
+
+impl Equation<'_> {
+    fn by(&mut self, solver: &mut dyn LinearSolver) -> Result<LinearReport, LinearError> {
+        solver.solve(self.tangent, self.b, self.x, self.tolerance)
+    }
+
+    /// See [`Direct::solve_within`].
+    fn within(
+        &mut self,
+        factor: &mut Direct,
+        most: usize,
+        acceleration: Option<f64>,
+    ) -> Result<LinearReport, LinearError> {
+        factor.solve_within(self.tangent, self.b, self.x, self.tolerance, most, acceleration)
+    }
+}
+
 impl Automatic {
     /// Takes another path, from now on.
     pub(super) fn turn_to(&mut self, path: Path, reason: String) {
@@ -127,16 +151,10 @@ impl Automatic {
         ((alternative(costs) / (costs.action + costs.solve)) as usize).clamp(1, MOST_CORRECTIONS)
     }
 
-    fn solve_with_kept(
-        &mut self,
-        tangent: &dyn Tangent,
-        b: &[f64],
-        x: &mut [f64],
-        tolerance: f64,
-    ) -> Option<LinearReport> {
+    fn solve_with_kept(&mut self, equation: &mut Equation<'_>) -> Option<LinearReport> {
         // Half the price: the counts are not that exact, and a newer factor is worth something.
         let most = self.corrections_worth(|costs| 0.5 * costs.preparation);
-        let report = self.factor.solve_within(tangent, b, x, tolerance, most, Some(ACCELERATION)).ok();
+        let report = equation.within(&mut self.factor, most, Some(ACCELERATION)).ok();
         match report {
             Some(report) => {
                 self.last_pause = 0;
@@ -150,64 +168,48 @@ impl Automatic {
         report
     }
 
-    pub(super) fn solve_by_factor(
-        &mut self,
-        tangent: &dyn Tangent,
-        b: &[f64],
-        x: &mut [f64],
-        tolerance: f64,
-    ) -> Result<LinearReport, LinearError> {
+    pub(super) fn solve_by_factor(&mut self, equation: &mut Equation<'_>) -> Result<LinearReport, LinearError> {
+        let tangent = equation.tangent;
         if !self.has_factor {
             return Err(LinearError::NotPrepared);
         }
         if self.stale {
-            if let Some(report) = self.solve_with_kept(tangent, b, x, tolerance) {
+            if let Some(report) = self.solve_with_kept(equation) {
                 return Ok(report);
             }
             self.late(|own| own.factor_somehow(tangent))?;
             if self.path == Path::Lu {
-                return self.solve_generally(tangent, b, x, tolerance);
+                return self.solve_generally(equation);
             }
         }
         if tangent.symmetry() != Symmetry::General {
-            return self.factor.solve(tangent, b, x, tolerance);
+            return equation.by(&mut self.factor);
         }
         let most = self.corrections_worth(|costs| costs.general);
-        match self.factor.solve_within(tangent, b, x, tolerance, most, None) {
+        match equation.within(&mut self.factor, most, None) {
             Err(error @ (LinearError::RightHandSideNotFinite { .. } | LinearError::WrongLength { .. })) => Err(error),
             Err(error) => {
                 self.turn_to(Path::Lu, format!("LDLᵀ of the symmetric part did not contract ({error})"));
                 self.late(|own| own.factor_generally(tangent))?;
-                self.solve_generally(tangent, b, x, tolerance)
+                self.solve_generally(equation)
             }
             outcome => outcome,
         }
     }
 
-    pub(super) fn solve_generally(
-        &mut self,
-        tangent: &dyn Tangent,
-        b: &[f64],
-        x: &mut [f64],
-        tolerance: f64,
-    ) -> Result<LinearReport, LinearError> {
-        self.lu.as_mut().ok_or(LinearError::NotPrepared)?.solve(tangent, b, x, tolerance)
+    pub(super) fn solve_generally(&mut self, equation: &mut Equation<'_>) -> Result<LinearReport, LinearError> {
+        equation.by(self.lu.as_mut().ok_or(LinearError::NotPrepared)?)
     }
 
-    pub(super) fn solve_by_iterating(
-        &mut self,
-        tangent: &dyn Tangent,
-        b: &[f64],
-        x: &mut [f64],
-        tolerance: f64,
-    ) -> Result<LinearReport, LinearError> {
+    pub(super) fn solve_by_iterating(&mut self, equation: &mut Equation<'_>) -> Result<LinearReport, LinearError> {
+        let Equation { tangent, tolerance, .. } = *equation;
         // Where no factor is possible, iterating has no price.
         let costs = self.costs.filter(|costs| costs.bytes <= LARGEST_FACTOR);
         let price = costs
             .map_or(f64::INFINITY, |costs| (costs.preparation + costs.solve - self.excess).max(0.0) / costs.iteration);
         if price < 2.0 {
             let reason = "iterating had cost as much as a factor".to_owned();
-            return self.turn_to_factor(tangent, b, x, tolerance, reason);
+            return self.turn_to_factor(equation, reason);
         }
         let (weight, multigrid) = (self.iterating.weight(), self.iterating.before_multigrid(tolerance, price));
         let most = price.min(multigrid.unwrap_or(f64::INFINITY)) / weight;
@@ -215,7 +217,7 @@ impl Automatic {
         let krylov = self.krylov(tangent);
         krylov.limit(most);
         let before = krylov.counts().iterations;
-        let outcome = krylov.solve(tangent, b, x, tolerance);
+        let outcome = equation.by(krylov);
         let iterations = krylov.counts().iterations - before;
         if let Some(costs) = costs {
             let saved = if outcome.is_ok() { costs.solve } else { 0.0 };
@@ -242,34 +244,28 @@ impl Automatic {
                 self.excess += costs.map_or(0.0, |costs| setup * costs.iteration);
                 self.retire_krylov();
                 self.late(|own| own.prepare_iteration(tangent))?;
-                self.solve_by_iterating(tangent, b, x, tolerance)
+                self.solve_by_iterating(equation)
             }
             Err(error) if costs.is_some() => {
                 let reason = format!("iterating to {tolerance:.0e} cost more than a factor ({error})");
-                self.turn_to_factor(tangent, b, x, tolerance, reason)
+                self.turn_to_factor(equation, reason)
             }
             Err(error) if self.iterating.is_multigrid() && self.iterating.knows_block_jacobi() => {
                 self.late(|own| own.without_multigrid(tangent, &error.to_string()))?;
-                self.solve_by_iterating(tangent, b, x, tolerance)
+                self.solve_by_iterating(equation)
             }
             Err(error) => Err(error),
         }
     }
 
     /// Turns from iterating to the factor in the course of a solve, or to LU where there is no other.
-    fn turn_to_factor(
-        &mut self,
-        tangent: &dyn Tangent,
-        b: &[f64],
-        x: &mut [f64],
-        tolerance: f64,
-        reason: String,
-    ) -> Result<LinearReport, LinearError> {
+    fn turn_to_factor(&mut self, equation: &mut Equation<'_>, reason: String) -> Result<LinearReport, LinearError> {
+        let tangent = equation.tangent;
         self.turn_to(Path::Factor, reason);
         self.late(|own| own.factor_somehow(tangent))?;
         match self.path {
-            Path::Lu => self.solve_generally(tangent, b, x, tolerance),
-            _ => self.solve_by_factor(tangent, b, x, tolerance),
+            Path::Lu => self.solve_generally(equation),
+            _ => self.solve_by_factor(equation),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::tents::Coarsening;
+use super::coarsening::Coarsening;
 
 /// Rows of a product that one thread takes at a time.
 const ROWS: usize = 64;

@@ -9,7 +9,8 @@ use super::super::precondition::BlockInverses;
 use super::super::{LinearCounts, LinearError, SparsePattern, StoredTangent, Symmetry};
 use super::chebyshev::Chebyshev;
 use super::coarse::CoarseMatrix;
-use super::tents::{Coarsening, Tents};
+use super::coarsening::Coarsening;
+use super::tents::Tents;
 
 /// Shift of the diagonal that makes dependent functions harmless, in fractions of it; then more, where rounding or a
 /// loss of stability has made the matrix indefinite.

@@ -15,6 +15,7 @@
 
 mod chebyshev;
 mod coarse;
+mod coarsening;
 mod hierarchy;
 mod tents;
 
