@@ -72,6 +72,18 @@ fn materials() {
             "has no modulus",
             "one of the three",
         ),
+        (
+            "volumetric = { density = 1000.0, gamma",
+            "volumetric = ▶{ density = 1e-320, gamma",
+            "the density of the material is 1e-320 kg/m³",
+            "usual size",
+        ),
+        (
+            "volumetric = { density = 1000.0, gamma",
+            "volumetric = ▶{ density = 1e100, gamma",
+            "the density of the material is 1e100 kg/m³",
+            "usual size",
+        ),
     ]);
 }
 

@@ -5,14 +5,18 @@ use crate::material::Material;
 use crate::scene::document::{MaterialText, Modulus, Spanned};
 use crate::scene::findings::{Findings, Span};
 
+/// Densities, wave speeds and moduli beyond this or its inverse have squares, or squares of these, that are no numbers: an
+/// energy or a norm would overflow in the first step.
+const LARGEST: f64 = 1e75;
+
 /// The law with its parameters; `None` if a mistake was noted.
 pub(super) fn read<const D: usize>(text: &MaterialText, findings: &mut Findings<'_>) -> Option<Material> {
-    match text {
+    let (material, table) = match text {
         MaterialText::LinearVolumetric(table) => {
             let text = table.get_ref();
             let density = findings.positive(&text.density, "density");
             let bulk_modulus = modulus::<D>(&text.modulus(), density, 1.0, table.span(), findings);
-            Some(Material::linear_volumetric(density?, bulk_modulus?))
+            (Material::linear_volumetric(density?, bulk_modulus?), table.span())
         }
         MaterialText::HyperelasticVolumetric(table) => {
             let text = table.get_ref();
@@ -20,16 +24,36 @@ pub(super) fn read<const D: usize>(text: &MaterialText, findings: &mut Findings<
             let exponent = findings.within(&text.gamma, "gamma", "at least 1", |gamma| gamma >= 1.0);
             // A wrong exponent is one mistake; the modulus is still looked at.
             let bulk_modulus = modulus::<D>(&text.modulus(), density, exponent.unwrap_or(1.0), table.span(), findings);
-            Some(Material::hyperelastic_volumetric(density?, bulk_modulus?, exponent?))
+            (Material::hyperelastic_volumetric(density?, bulk_modulus?, exponent?), table.span())
         }
-        MaterialText::LinearElastic(table) => solid::elastic::<D>(table.get_ref(), true, table.span(), findings),
-        MaterialText::StVenantKirchhoff(table) => solid::elastic::<D>(table.get_ref(), false, table.span(), findings),
-        MaterialText::NeoHookean(table) => solid::neo_hookean::<D>(table.get_ref(), table.span(), findings),
-        MaterialText::MooneyRivlin(table) => solid::mooney_rivlin::<D>(table.get_ref(), findings),
+        MaterialText::LinearElastic(table) => {
+            (solid::elastic::<D>(table.get_ref(), true, table.span(), findings)?, table.span())
+        }
+        MaterialText::StVenantKirchhoff(table) => {
+            (solid::elastic::<D>(table.get_ref(), false, table.span(), findings)?, table.span())
+        }
+        MaterialText::NeoHookean(table) => {
+            (solid::neo_hookean::<D>(table.get_ref(), table.span(), findings)?, table.span())
+        }
+        MaterialText::MooneyRivlin(table) => (solid::mooney_rivlin::<D>(table.get_ref(), findings)?, table.span()),
         MaterialText::NearlyIncompressible(table) => {
-            solid::nearly_incompressible(table.get_ref(), table.span(), findings)
+            (solid::nearly_incompressible(table.get_ref(), table.span(), findings)?, table.span())
+        }
+    };
+    let (density, speed) = (material.density, material.wave_speed());
+    let stiffness = density * speed * speed;
+    let sizes = [("density", density, "kg/m³"), ("wave speed", speed, "m/s"), ("stiffness", stiffness, "Pa")];
+    for (what, size, unit) in sizes {
+        if !(1.0 / LARGEST..=LARGEST).contains(&size) {
+            findings.error(
+                table,
+                format!("the {what} of the material is {size:e} {unit}, too extreme to be computed with"),
+                "give values of a usual size in SI units, or as text with another unit",
+            );
+            return None;
         }
     }
+    Some(material)
 }
 
 /// κ itself; or from E and ν, κ = E / (D (1 − (D − 1) ν)), which is E/(2(1 − ν)) in two and E/(3(1 − 2ν)) in
