@@ -136,7 +136,7 @@ fn a_restart_that_does_not_fit_is_refused_before_anything_changes() {
     let text =
         scene(&[("spacing = 0.25", "counts = [150, 150]"), ("step = 0.01", "scheme = \"tvd_rk2\"\nstep = 1e-5")])
             .replace("end = 0.02", "end = 1e-5")
-            + "[checkpoint]\nat_end = true\n";
+            + "[checkpoint]\nevery_steps = 1\n";
     place.file("scene.toml", text);
     let answer = super::nicolson(&place.path(""), &["run", "scene.toml", "--out", "before", "--quiet"]);
     super::done("a run", &answer);
