@@ -147,6 +147,9 @@ A study file names a scene and what varies: [grid] (all combinations), [[case]] 
 (refinement, with observed orders). Every case has its directory, case-0001 and so on, with the results of a run and \
 what was overridden. All scenes are validated before the first of them runs.
 
+A case that needs more memory than there is is refused, and fewer than --jobs run at the same time where the largest do not \
+fit beside each other.
+
 Cases whose report says that the very same scene was completed are skipped: start a broken sweep again to go on. A case \
 that was interrupted goes on from its checkpoint. One that fails stops no other; it is run again next time unless --keep-failed is given. At the end the reports are \
 collected into cases.csv. With --index N (from 1) only one case is run and nothing is collected: for job arrays, after \

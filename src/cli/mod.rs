@@ -222,7 +222,7 @@ fn on_scene(arguments: &SceneArguments, then: impl FnOnce(&Scene) -> u8 + Send) 
     let Ok(overrides) = overrides(&arguments.overrides) else { return WRONG_INPUT };
     let scene = match Scene::read(&arguments.scene, &overrides) {
         Ok(mut scene) => {
-            scene.limit_memory(if arguments.ignore_memory { None } else { available_memory() });
+            scene.limit_memory(memory_limit(arguments.ignore_memory));
             scene
         }
         Err(errors) => {
@@ -231,6 +231,11 @@ fn on_scene(arguments: &SceneArguments, then: impl FnOnce(&Scene) -> u8 + Send) 
         }
     };
     in_pool(arguments.threads, || then(&scene))
+}
+
+/// What `--ignore-memory`, or its absence, leaves of the memory for a run.
+fn memory_limit(ignore: bool) -> Option<u64> {
+    if ignore { None } else { available_memory() }
 }
 
 /// Takes `--set` apart; a mistake has been told.

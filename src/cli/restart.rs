@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::console::{complain, warn};
 use super::run::{Beginning, Listening, run_scene};
-use super::{FAILED, WRONG_INPUT, in_pool, overrides};
+use super::{FAILED, WRONG_INPUT, in_pool, memory_limit, overrides};
 use crate::scene::Scene;
 use crate::simulation::{Checkpoint, RunOptions};
 
@@ -31,6 +31,9 @@ pub struct RestartArguments {
     /// Go on although the scene has changed: the state is kept, scheme and solvers begin anew.
     #[arg(long)]
     force: bool,
+    /// Go on even if the scene seems to need more memory than there is.
+    #[arg(long)]
+    ignore_memory: bool,
     /// No progress, no summary: only errors.
     #[arg(long)]
     quiet: bool,
@@ -57,13 +60,14 @@ pub fn restart(arguments: RestartArguments, command: String) -> u8 {
         Some(path) => Scene::read(path, &changes),
         None => checkpoint.scene(&changes),
     };
-    let scene = match scene {
+    let mut scene = match scene {
         Ok(scene) => scene,
         Err(errors) => {
             complain(&errors.to_string());
             return WRONG_INPUT;
         }
     };
+    scene.limit_memory(memory_limit(arguments.ignore_memory));
     let directory = arguments.out.unwrap_or_else(|| checkpoint.directory());
     let options = RunOptions { directory: Some(directory), command, ..RunOptions::default() };
     let known = PathBuf::from(&checkpoint.about.solve_log);

@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use super::collect::print_collected;
-use super::console::{complain, duration};
+use super::console::{complain, duration, warn};
 use super::render::report_output;
 use super::signals::listen;
-use super::{DONE, FAILED, INTERRUPTED, WRONG_INPUT};
+use super::{DONE, FAILED, INTERRUPTED, WRONG_INPUT, memory_limit};
 use crate::output::{OutputError, Status};
 use crate::study::{CaseState, Event, ReadyCase, Study, SweepOptions, SweepSummary, collect, state_of, sweep};
 
@@ -26,7 +26,8 @@ pub struct SweepArguments {
     /// Directory for results [default: results/STUDY].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Cases that run at the same time [default: as many as fill the cores].
+    /// Cases that run at the same time [default: as many as fill the cores]. Fewer do if the largest need more memory
+    /// together than there is.
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
     /// Threads of each case. Results do not depend on it.
@@ -41,6 +42,9 @@ pub struct SweepArguments {
     /// Leave cases alone that failed before.
     #[arg(long)]
     keep_failed: bool,
+    /// Go on even if a case, or several at the same time, seem to need more memory than there is.
+    #[arg(long)]
+    ignore_memory: bool,
     /// No progress, no summary: only errors.
     #[arg(long)]
     quiet: bool,
@@ -53,10 +57,11 @@ pub fn run_study(arguments: &SweepArguments, command: String) -> u8 {
         complain("--jobs and --threads: at least one is needed");
         return WRONG_INPUT;
     }
-    let study = match Study::read(&arguments.study) {
+    let mut study = match Study::read(&arguments.study) {
         Ok(study) => study,
         Err(errors) => return refused(&errors.to_string()),
     };
+    study.limit_memory(memory_limit(arguments.ignore_memory));
     let chosen = match index {
         None => &study.cases[..],
         Some(index) => match index.checked_sub(1).and_then(|at| study.cases.get(at..=at)) {
@@ -131,7 +136,7 @@ fn in_words(summary: &SweepSummary) -> String {
 
 fn list(study: &Study, cases: &[ReadyCase], directory: &Path, keep_failed: bool) {
     println!("{}: {} cases of {} in {}", study.title, study.cases.len(), study.scene.display(), directory.display());
-    for ReadyCase { case, scene } in cases {
+    for ReadyCase { case, scene, .. } in cases {
         let plan = match state_of(&directory.join(case.directory()), scene) {
             CaseState::Completed => "skip: completed",
             CaseState::Failed if keep_failed => "leave: failed",
@@ -167,6 +172,16 @@ impl<'a> Teller<'a> {
 
     fn hear(&mut self, event: &Event) {
         match event {
+            Event::Fewer { jobs, wanted, needed, available } => {
+                if !self.quiet {
+                    warn(&format!(
+                        "{jobs} instead of {wanted} cases run at the same time: {wanted} of them may need {:.2} GB of memory, \
+                         and {:.2} GB are available; `--ignore-memory` runs {wanted} all the same",
+                        needed / 1e9,
+                        *available as f64 / 1e9
+                    ));
+                }
+            }
             Event::Started(case) => {
                 self.begun += 1;
                 if !self.quiet {

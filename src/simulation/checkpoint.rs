@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use nicolson_solvers::Snapshot;
 use serde::{Deserialize, Serialize};
 
+use super::Prepared;
 use crate::output::{OutputError, WallSeconds, read_container, write_container};
 use crate::scene::{Scene, SceneErrors, differences};
 
@@ -72,10 +73,37 @@ pub struct About {
     pub wall_seconds: WallSeconds,
 }
 
-/// A checkpoint that has been read.
+impl About {
+    /// What does not change as a scene moves.
+    pub(super) fn new(scene: &Scene, command: &str, parent: &Path) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            commit: option_env!("NICOLSON_COMMIT").unwrap_or_default().into(),
+            title: scene.title.clone(),
+            dimension: scene.dimension(),
+            scene: scene.text().into(),
+            scene_file: scene.name().into(),
+            scene_base: absolute(scene.base()),
+            threads: rayon::current_num_threads(),
+            command: command.into(),
+            parent: parent.display().to_string(),
+            ..Self::default()
+        }
+    }
+
+    /// Where the simulation stands.
+    pub(super) fn stand<const D: usize>(&mut self, prepared: &Prepared<D>) {
+        self.step = prepared.stepper.statistics().accepted;
+        self.time = prepared.state.time;
+        self.particles = prepared.model.particles();
+        self.warnings.clone_from(&prepared.warnings);
+    }
+}
+
+/// A checkpoint, read or made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Checkpoint {
-    /// Where it was read from.
+    /// Where it was read from; empty if it was made.
     pub path: PathBuf,
     /// What it says about itself.
     pub about: About,
@@ -192,6 +220,12 @@ impl Checkpoint {
         write_container(&path, &text, arrays)?;
         Ok(path)
     }
+}
+
+/// An absolute path as text.
+pub(super) fn absolute(path: &Path) -> String {
+    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+    std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf()).display().to_string()
 }
 
 /// The files of a scene with their marks.

@@ -5,9 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use nicolson_solvers::Snapshot;
-
-use super::checkpoint::{About, Checkpoint, FOLDER, InputFile, inputs, list};
+use super::checkpoint::{About, Checkpoint, FOLDER, InputFile, absolute, inputs, list};
 use super::recorder::Recorder;
 use super::{Clocks, Prepared, RunError, RunOptions};
 use crate::output::sweep_partial_files;
@@ -44,18 +42,8 @@ impl Keeper {
             }
         }
         let about = About {
-            version: env!("CARGO_PKG_VERSION").into(),
-            commit: option_env!("NICOLSON_COMMIT").unwrap_or_default().into(),
-            title: scene.title.clone(),
-            dimension: scene.dimension(),
-            scene: scene.text().into(),
-            scene_file: scene.name().into(),
-            scene_base: absolute(scene.base()),
-            threads: rayon::current_num_threads(),
-            command: options.command.clone(),
-            parent: parent.map(|parent| parent.path.display().to_string()).unwrap_or_default(),
             solve_log: options.solve_log.as_deref().map(absolute).unwrap_or_default(),
-            ..About::default()
+            ..About::new(scene, &options.command, parent.map_or(Path::new(""), |parent| &parent.path))
         };
         let directory = directory.filter(|_| scene.checkpoint.keep > 0);
         let (settings, request) = (scene.checkpoint.clone(), options.checkpoint_request.clone());
@@ -97,17 +85,11 @@ impl Keeper {
             return Ok(());
         }
         let start = Instant::now();
-        let mut arrays = Snapshot::new();
-        arrays.put_part("state", prepared.state.save());
-        let Prepared { stepper, model, .. } = prepared;
-        arrays.put_part("stepper", stepper.save(model));
+        let mut arrays = prepared.save();
         recorder.save(&mut arrays)?;
         self.about.inputs = self.inputs.get_or_insert_with(|| inputs(scene)).clone();
         self.about.cause = cause.into();
-        self.about.step = step;
-        self.about.time = prepared.state.time;
-        self.about.particles = prepared.model.particles();
-        self.about.warnings.clone_from(&prepared.warnings);
+        self.about.stand(prepared);
         self.about.wall_seconds = recorder.wall_seconds(prepared, clocks);
         let path = Checkpoint::write(&directory, &self.about, &arrays)?;
         self.written = Some(step);
@@ -120,9 +102,4 @@ impl Keeper {
         recorder.spent(start.elapsed());
         Ok(())
     }
-}
-
-fn absolute(path: &Path) -> String {
-    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
-    std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf()).display().to_string()
 }

@@ -1,9 +1,12 @@
 //! How much memory a run takes: as a forecast where the model is there, and before anything is made to refuse a scene that
 //! the computer cannot hold.
 
+use std::cell::Cell;
+
 use super::prepare::Counts;
 use crate::scene::settings::SolverChoice;
-use crate::scene::{BodySize, Refusal, Scene};
+use crate::scene::{BodySize, Refusal, Scene, SceneErrors};
+use crate::setup::Setup;
 
 impl Counts {
     /// Bytes of tables, state, work space and tangent, without its factor.
@@ -81,16 +84,43 @@ fn expected<const D: usize>(scene: &Scene, bodies: &[BodySize]) -> Counts {
     }
 }
 
-/// Refuses a scene that needs more memory than its limit. A factor counts only where it was asked for: `auto` does without
-/// where it would be large.
-pub(super) fn bearable<const D: usize>(scene: &Scene, bodies: &[BodySize]) -> Result<(), Refusal> {
-    let Some(limit) = scene.memory_limit() else { return Ok(()) };
+/// A set-up that the memory can hold.
+#[derive(Debug)]
+pub struct FittingSetup<const D: usize> {
+    /// The set-up.
+    pub setup: Setup<D>,
+    /// What is possible but perhaps not meant.
+    pub warnings: Vec<String>,
+    /// Memory that a run will take, bytes: tables, state and tangent, and its factor where that was asked for.
+    pub memory: f64,
+}
+
+/// [`Scene::setup`] of a scene that needs no more memory than its [limit](Scene::limit_memory); a larger one is refused
+/// before anything of it is made.
+///
+/// # Errors
+/// As for [`Scene::setup`], and the refusal.
+pub fn fitting_setup<const D: usize>(scene: &Scene) -> Result<FittingSetup<D>, SceneErrors> {
+    let memory = Cell::new(0.0);
+    let (setup, warnings) = scene.setup_if::<D>(&|bodies| {
+        let (needed, counts) = needed::<D>(scene, bodies);
+        memory.set(needed);
+        bearable(scene, needed, &counts)
+    })?;
+    Ok(FittingSetup { setup, warnings, memory: memory.get() })
+}
+
+/// Bytes that a scene is expected to take. A factor counts only where it was asked for: `auto` does without where it would
+/// be large.
+fn needed<const D: usize>(scene: &Scene, bodies: &[BodySize]) -> (f64, Counts) {
     let counts = expected::<D>(scene, bodies);
     let direct = matches!(scene.linear.solver, SolverChoice::Lu | SolverChoice::Ldlt | SolverChoice::Cholesky);
-    let needed = if direct { counts.memory::<D>() } else { counts.held::<D>() };
-    if needed <= limit as f64 {
-        return Ok(());
-    }
+    (if direct { counts.memory::<D>() } else { counts.held::<D>() }, counts)
+}
+
+/// Refuses a scene that needs more memory than its limit.
+fn bearable(scene: &Scene, needed: f64, counts: &Counts) -> Result<(), Refusal> {
+    let Some(limit) = scene.memory_limit().filter(|limit| needed > *limit as f64) else { return Ok(()) };
     let lighter = if counts.assembled { "`linear.operator = \"matrix_free\"`, an explicit scheme, " } else { "" };
     Err(Refusal {
         message: format!(
@@ -100,8 +130,8 @@ pub(super) fn bearable<const D: usize>(scene: &Scene, bodies: &[BodySize]) -> Re
             limit as f64 / 1e9
         ),
         remedy: format!(
-            "give a larger spacing or smaller counts, {lighter}or a machine with more memory; `--ignore-memory` tries \
-             all the same"
+            "give a larger spacing or smaller counts, {lighter}or a machine with more memory; `--ignore-memory` (in \
+             Python: `ignore_memory=True`) tries all the same"
         ),
     })
 }

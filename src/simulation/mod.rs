@@ -7,6 +7,7 @@
 
 mod account;
 mod amplification;
+mod by_hand;
 mod checkpoint;
 mod choices;
 mod clocks;
@@ -34,11 +35,13 @@ use std::time::Instant;
 
 use nicolson_solvers::EvaluationError;
 
+pub use by_hand::resume;
 pub use checkpoint::{About, Checkpoint, FOLDER as CHECKPOINT_FOLDER, InputFile};
 use clocks::Clocks;
 pub use comparison::errors as exact_errors;
 use keeper::Keeper;
 pub use ledger::{Entry, Ledger, Summary};
+pub use memory::{FittingSetup, fitting_setup};
 pub use monitor::{Monitor, Plan, Progress, Silent};
 pub use prepare::{Forecast, Prepared, prepare};
 pub use probes::Gauge;
@@ -143,16 +146,7 @@ pub fn restart(
     monitor: &mut dyn Monitor,
     interrupt: &AtomicBool,
 ) -> Result<Outcome, RunError> {
-    let differences = checkpoint.differences(scene);
-    if !differences.is_empty() && !forced {
-        return Err(RunError::Choice(format!(
-            "{}: the scene is not that of the checkpoint:\n  {}\nrestart without these changes, or with --force: the state \
-             then goes on, and scheme and solvers begin anew",
-            checkpoint.path.display(),
-            differences.join("\n  ")
-        )));
-    }
-    let from = From { checkpoint, forced: !differences.is_empty() };
+    let from = From { checkpoint, forced: !resume::same_scene(scene, checkpoint, forced)? };
     start(scene, Some(from), options, monitor, interrupt)
 }
 

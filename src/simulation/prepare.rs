@@ -3,7 +3,8 @@
 use nicolson_solvers::nonlinear::NewtonSolver;
 use nicolson_solvers::time::{Retries, Scheme, StageSystem, StepFailure, Stepper, System, TimeState};
 
-use super::{RunError, amplification, choices, memory, preload};
+use super::memory::{FittingSetup, fitting_setup};
+use super::{RunError, amplification, choices, preload};
 use crate::model::{CheckPoint, Model, Ramp};
 use crate::scene::Scene;
 use crate::scene::settings::{self, StepChoice};
@@ -72,7 +73,7 @@ pub(super) struct Counts {
 /// # Errors
 /// [`RunError`] for an impossible scene.
 pub fn prepare<const D: usize>(scene: &Scene) -> Result<Prepared<D>, RunError> {
-    let (mut setup, mut warnings) = scene.setup_if::<D>(&|bodies| memory::bearable::<D>(scene, bodies))?;
+    let FittingSetup { mut setup, mut warnings, .. } = fitting_setup::<D>(scene)?;
     let time = &scene.time;
     if time.scheme == settings::Scheme::EnergyMomentum {
         // Its step evolves J exactly and at no cost, and with more digits than a determinant after large shear.

@@ -13,7 +13,21 @@
 //! static               R(y) = −1 s · f(t + Δt, u + 1 s · y): y times 1 s is the increment of the displacement
 //! ```
 //!
-//! Schemes of several stages have no such single problem: [`StepProblem::pose_stage`] poses any one of them.
+//! The schemes of several stages solve such a problem for each of them, with `r_j = f(t_j, U_j)` of the stages before, each
+//! found from the solution `y_j` of its own problem ([`StepProblem::pose_after`]); the last stage is the end of the step:
+//!
+//! ```text
+//! stage i              s = a_ii Δt   t* = t + c_i Δt   (ũ, ṽ, J̃) = (u, v, J) + Δt Σ_{j<i} a_ij r_j
+//! TR-BDF2, two         γ = 2 − √2, a_ii = γ/2, r₀ = f(t)
+//!                      c₁ = γ, a₁₀ = γ/2;  c₂ = 1, a₂₀ = a₂₁ = √2/4
+//! SDIRK3, three        a_ii = g = 0.435866521508459
+//!                      c₁ = g;  c₂ = (1 + g)/2, a₂₁ = (1 − g)/2
+//!                      c₃ = 1, a₃₁ = −3g²/2 + 4g − 1/4, a₃₂ = 3g²/2 − 5g + 5/4
+//! ```
+//!
+//! [`StepProblem::pose_stage`] poses any other stage by hand.
+
+mod stages;
 
 use nicolson_solvers::EvaluationError;
 use nicolson_solvers::linear::{SparseMatrix, Tangent};
@@ -100,19 +114,43 @@ impl<const D: usize> StepProblem<D> {
     }
 
     /// Poses the step of length `step` from a state, as the scheme of the scene takes it, and returns the start of
-    /// Newton's method.
+    /// Newton's method. Of a scheme of several [stages](Scheme::implicit_stages) it poses the first.
     ///
     /// # Errors
-    /// [`RunError::Choice`] if the step is not positive, or the scheme is explicit or has several stages;
+    /// [`RunError::Choice`] if the step is not positive, or the scheme is explicit;
     /// [`RunError::Outside`] if the rate at the start cannot be evaluated.
     pub fn pose(&mut self, state: &TimeState, step: f64) -> Result<Vec<f64>, RunError> {
+        self.pose_after(state, step, &[])
+    }
+
+    /// [`pose`](Self::pose) for the stage that comes after those whose unknowns `earlier` gives, in their order. The rates
+    /// of those stages are evaluated anew.
+    ///
+    /// # Errors
+    /// As [`pose`](Self::pose); also if there is no such stage, or unknowns of an earlier one have the wrong length or are
+    /// outside the domain of the law.
+    pub fn pose_after(&mut self, state: &TimeState, step: f64, earlier: &[Vec<f64>]) -> Result<Vec<f64>, RunError> {
+        let posed = self.pose_checked(state, step, earlier);
+        if posed.is_err() {
+            self.posed = Posed::Nothing;
+        }
+        posed
+    }
+
+    fn pose_checked(&mut self, state: &TimeState, step: f64, earlier: &[Vec<f64>]) -> Result<Vec<f64>, RunError> {
         self.posed = Posed::Nothing;
         if !(step.is_finite() && step > 0.0) {
             return Err(RunError::Choice(format!("a step of {step} s: give one that is positive")));
         }
         self.check_length(&state.values)?;
+        if self.scheme.is_implicit() {
+            self.check_earlier(earlier.len())?;
+        }
         self.start.clone_from(&state.values);
         self.end = state.time + step;
+        if let Some(tableau) = self.scheme.tableau() {
+            return self.pose_diagonal(state, step, &tableau, earlier);
+        }
         match self.scheme {
             Scheme::BackwardEuler => self.pose_theta(state, step, 1.0),
             Scheme::CrankNicolson => self.pose_theta(state, step, 0.5),
@@ -140,11 +178,6 @@ impl<const D: usize> StepProblem<D> {
                 self.posed = Posed::Equilibrium;
                 Ok(y)
             }
-            scheme if scheme.is_implicit() => Err(RunError::Choice(format!(
-                "{} solves several stages in a step, so that the step has no residual of its own: pose one stage by its \
-                 time, shift and base, or choose a scheme of one stage, such as time.scheme = \"crank_nicolson\"",
-                scheme.name()
-            ))),
             scheme => Err(RunError::Choice(format!(
                 "{} is explicit: its step has no residual; choose an implicit scheme, such as time.scheme = \
                  \"crank_nicolson\"",
@@ -214,7 +247,8 @@ impl<const D: usize> StepProblem<D> {
         self.model.tangent_matrix()
     }
 
-    /// The state `[u | v | J]` that unknowns stand for: that at the end of the step, or of the stage posed by hand.
+    /// The state `[u | v | J]` that unknowns stand for: that at the end of the step, or of the stage posed by hand; for a
+    /// stage that others follow, that at its time.
     ///
     /// # Errors
     /// As [`residual`](Self::residual).

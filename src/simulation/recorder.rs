@@ -101,12 +101,9 @@ impl<const D: usize> Recorder<D> {
     /// # Errors
     /// If the disk refuses.
     pub fn save(&mut self, arrays: &mut Snapshot) -> Result<(), RunError> {
-        let mut saved = Snapshot::new();
+        let written = self.frames.as_ref().map_or(0, Frames::count);
+        let mut saved = save_frames(written, self.frame_count, self.last_frame, self.interval, self.hourglass_warned);
         self.tables.settle(&mut saved)?;
-        saved.put_counts("frames", &[self.frames.as_ref().map_or(0, Frames::count), self.frame_count]);
-        saved.put_real("last_frame", self.last_frame);
-        saved.put_reals("interval", self.interval.into_iter().collect::<Vec<_>>());
-        saved.put_flag("hourglass_warned", self.hourglass_warned);
         arrays.put_part("recorder", saved);
         if self.tables.keeps_history {
             arrays.put_part("ledger", self.ledger.save());
@@ -226,4 +223,20 @@ impl<const D: usize> Recorder<D> {
         }
         Ok(())
     }
+}
+
+/// How far frames have come, for a checkpoint: written ones, passed ones, time of the last, time between them.
+pub(super) fn save_frames(
+    written: usize,
+    passed: usize,
+    last: f64,
+    interval: Option<f64>,
+    hourglass_warned: bool,
+) -> Snapshot {
+    let mut saved = Snapshot::new();
+    saved.put_counts("frames", &[written, passed]);
+    saved.put_real("last_frame", last);
+    saved.put_reals("interval", interval.into_iter().collect::<Vec<_>>());
+    saved.put_flag("hourglass_warned", hourglass_warned);
+    saved
 }

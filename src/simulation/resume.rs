@@ -19,8 +19,25 @@ use super::{Prepared, RunError, RunOptions, same_place};
 use crate::output::{OutputError, Table, prepare_directory, sweep_partial_files, write_atomically};
 use crate::scene::Scene;
 
+/// Whether a scene is that of the checkpoint, as far as it matters. One that is not is refused unless that is forced.
+///
+/// # Errors
+/// [`RunError::Choice`] with all that differs.
+pub(super) fn same_scene(scene: &Scene, checkpoint: &Checkpoint, forced: bool) -> Result<bool, RunError> {
+    let differences = checkpoint.differences(scene);
+    if differences.is_empty() || forced {
+        return Ok(differences.is_empty());
+    }
+    Err(RunError::Choice(format!(
+        "{}: the scene is not that of the checkpoint:\n  {}\nrestart without these changes, or with --force (in Python: \
+         force=True): the state then goes on, and scheme and solvers begin anew",
+        checkpoint.path.display(),
+        differences.join("\n  ")
+    )))
+}
+
 /// A checkpoint that does not fit what it is to be continued with.
-fn misfit(checkpoint: &Checkpoint, error: &RestoreError) -> RunError {
+pub(super) fn misfit(checkpoint: &Checkpoint, error: &RestoreError) -> RunError {
     RunError::Choice(format!(
         "{}: the checkpoint does not fit the scene: {error}; restart with the scene and the program that wrote it",
         checkpoint.path.display()
@@ -67,6 +84,15 @@ pub(super) fn restore<const D: usize>(
     Ok(())
 }
 
+/// Frames that a simulation has passed at a time, with the interval of the scene that goes on.
+pub(super) fn frames_passed(saved: &Snapshot, interval: Option<f64>, time: f64) -> Result<usize, RestoreError> {
+    let [_, passed] = saved.counts("frames")?;
+    let before = saved.reals("interval")?.first().copied();
+    // The next multiple of another interval.
+    let other = interval.filter(|interval| before != Some(*interval));
+    Ok(other.map_or(passed, |interval| (time / interval).floor() as usize + 1))
+}
+
 impl<const D: usize> Recorder<D> {
     /// Goes on where the checkpoint was written: cuts the tables and the frames back to it.
     ///
@@ -98,15 +124,9 @@ impl<const D: usize> Recorder<D> {
     }
 
     fn take_back(&mut self, saved: &Snapshot, prepared: &Prepared<D>) -> Result<(), RestoreError> {
-        let [_, count] = saved.counts("frames")?;
-        self.frame_count = count;
+        self.frame_count = frames_passed(saved, self.interval, prepared.state.time)?;
         self.last_frame = saved.real("last_frame")?;
         self.hourglass_warned = saved.flag("hourglass_warned")?;
-        let before = saved.reals("interval")?.first().copied();
-        if let Some(interval) = self.interval.filter(|interval| before != Some(*interval)) {
-            // The next multiple of another interval.
-            self.frame_count = (prepared.state.time / interval).floor() as usize + 1;
-        }
         Ok(())
     }
 
@@ -123,6 +143,10 @@ impl<const D: usize> Recorder<D> {
         sweep_partial_files(directory);
         let same = same_place(&source, directory);
         let frames = saved.counts::<2>("frames").map_err(|error| misfit(checkpoint, &error))?[0];
+        if frames == 0 {
+            // Every run writes a frame at its start: this was written by hand.
+            return self.begin_files(scene, prepared, checkpoint, directory, same);
+        }
         let mut tables = Vec::new();
         let wanted = self.tables.wanted();
         for Wanted { name, file, titles } in &wanted {
@@ -179,6 +203,28 @@ impl<const D: usize> Recorder<D> {
         if !lost.is_empty() {
             prepared.warnings.push(format!("tables or frames begin at the checkpoint: {}", lost.join("; ")));
         }
+        Ok(())
+    }
+
+    /// Begins the files of a run from a checkpoint that has none.
+    fn begin_files(
+        &mut self,
+        scene: &Scene,
+        prepared: &mut Prepared<D>,
+        checkpoint: &Checkpoint,
+        directory: &Path,
+        same: bool,
+    ) -> Result<(), RunError> {
+        if same {
+            return Err(RunError::Choice(format!(
+                "{}: the checkpoint was written by hand and has no tables and frames to go on with, and what is in {} is \
+                 not to be lost: give another directory with --out",
+                checkpoint.path.display(),
+                directory.display()
+            )));
+        }
+        self.frames = Some(Frames::new(directory, &scene.output.fields, self.origin()));
+        prepared.warnings.push("tables and frames begin at the checkpoint, which was written by hand".into());
         Ok(())
     }
 }

@@ -10,6 +10,7 @@ use super::{Case, Study};
 use crate::expression::closest;
 use crate::scene::findings::{Findings, Span};
 use crate::scene::{Scene, SceneError, SceneErrors};
+use crate::simulation::fitting_setup;
 
 /// A case whose scene can be run.
 #[derive(Debug, Clone)]
@@ -18,16 +19,25 @@ pub struct ReadyCase {
     pub case: Case,
     /// Its scene.
     pub scene: Scene,
+    /// Memory that a run of it is expected to take, bytes.
+    pub memory: f64,
 }
 
-/// What looking at one case gave.
-type Looked = (Result<Scene, SceneErrors>, Vec<String>);
+/// What looking at one case gave: its scene with the memory for it, and what its report will tell.
+type Looked = (Result<(Scene, f64), SceneErrors>, Vec<String>);
 
 impl Study {
+    /// Lets a case that alone would need more memory than this, bytes, be refused before anything of it is made; `None` for
+    /// no limit, as at first. See [`Scene::limit_memory`].
+    pub fn limit_memory(&mut self, limit: Option<u64>) {
+        self.memory = limit;
+    }
+
     /// Reads the scenes of some cases, makes their particles and applies their selectors, on the present rayon pool.
     ///
     /// # Errors
-    /// All mistakes found; those of an override have the place where the study gives its value.
+    /// All mistakes found, and cases that need too much memory; those of an override have the place where the study gives
+    /// its value.
     pub fn ready(&self, chosen: &[Case]) -> Result<Vec<ReadyCase>, SceneErrors> {
         let mut findings = Findings::new(&self.source);
         let text = match std::fs::read(&self.scene).map(String::from_utf8) {
@@ -58,24 +68,26 @@ impl Study {
         }
         findings.finish()?;
         let scenes = looked.into_iter().filter_map(|(scene, _)| scene.ok());
-        Ok(chosen.iter().cloned().zip(scenes).map(|(case, scene)| ReadyCase { case, scene }).collect())
+        let ready = |(case, (scene, memory))| ReadyCase { case, scene, memory };
+        Ok(chosen.iter().cloned().zip(scenes).map(ready).collect())
     }
 
-    /// Reads one scene and sets it up; also gives what its report will tell.
+    /// Reads one scene and sets it up, if there is the memory for it.
     fn look(&self, case: &Case, text: &str) -> Looked {
         let name = self.scene.display().to_string();
         let base = self.scene.parent().unwrap_or(Path::new(""));
-        let scene = match Scene::parse(text, &name, base, &case.overrides()) {
+        let mut scene = match Scene::parse(text, &name, base, &case.overrides()) {
             Ok(scene) => scene,
             Err(errors) => return (Err(errors), Vec::new()),
         };
-        let names = match scene.dimension() {
-            1 => scene.setup::<1>().map(|(setup, _)| known(&setup)),
-            2 => scene.setup::<2>().map(|(setup, _)| known(&setup)),
-            _ => scene.setup::<3>().map(|(setup, _)| known(&setup)),
+        scene.limit_memory(self.memory);
+        let looked = match scene.dimension() {
+            1 => fitting_setup::<1>(&scene).map(|fitting| (known(&fitting.setup), fitting.memory)),
+            2 => fitting_setup::<2>(&scene).map(|fitting| (known(&fitting.setup), fitting.memory)),
+            _ => fitting_setup::<3>(&scene).map(|fitting| (known(&fitting.setup), fitting.memory)),
         };
-        match names {
-            Ok(names) => (Ok(scene), names),
+        match looked {
+            Ok((names, memory)) => (Ok((scene, memory)), names),
             Err(errors) => (Err(errors), Vec::new()),
         }
     }

@@ -37,6 +37,8 @@ pub struct Study {
     pub(super) scene_span: Span,
     pub(super) text: String,
     pub(super) source: Source,
+    /// Memory that a case may need, bytes.
+    pub(super) memory: Option<u64>,
 }
 
 impl Study {
@@ -84,6 +86,7 @@ impl Study {
             scene_span,
             text: text.to_owned(),
             source,
+            memory: None,
         })
     }
 }

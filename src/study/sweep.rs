@@ -24,7 +24,7 @@ const TELLING: Duration = Duration::from_secs(1);
 pub struct SweepOptions {
     /// Directory for the results.
     pub directory: PathBuf,
-    /// Cases that run at the same time.
+    /// Cases that run at the same time, if the memory suffices.
     pub jobs: usize,
     /// Threads of each of them. Results do not depend on it.
     pub threads: usize,
@@ -67,6 +67,17 @@ pub struct Ending {
 /// What happens in a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
+    /// Fewer cases than wanted run at the same time: those that need most memory do not fit beside each other.
+    Fewer {
+        /// How many there will be.
+        jobs: usize,
+        /// How many were wanted.
+        wanted: usize,
+        /// Memory that so many may need together, bytes.
+        needed: f64,
+        /// Memory that there is, bytes.
+        available: u64,
+    },
     /// A case begins.
     Started(usize),
     /// A case has come thus far.
@@ -111,7 +122,8 @@ pub fn state_of(directory: &Path, scene: &Scene) -> CaseState {
 }
 
 /// Runs the cases that are not done, `jobs` at a time, each in its own pool of threads; `listener` hears of it in the
-/// calling thread. A case that was interrupted goes on from its checkpoint. One that fails leaves a report that says why, and stops no other.
+/// calling thread. Where the scenes have a [limit of memory](Scene::limit_memory), only so many run at a time as fit into it
+/// whichever they are. A case that was interrupted goes on from its checkpoint. One that fails leaves a report that says why, and stops no other.
 ///
 /// # Errors
 /// If the directory cannot be written. What a disk refuses later is a failure of the case.
@@ -133,10 +145,17 @@ pub fn sweep(
             _ => waiting.push(ready),
         }
     }
+    let jobs = match fewer(&waiting, options.jobs.clamp(1, waiting.len().max(1))) {
+        Ok(jobs) => jobs,
+        Err((jobs, event)) => {
+            listener(&event);
+            jobs
+        }
+    };
     let next = AtomicUsize::new(0);
     let (sender, receiver) = channel();
     std::thread::scope(|scope| {
-        for _ in 0..options.jobs.clamp(1, waiting.len().max(1)) {
+        for _ in 0..jobs {
             let (sender, next, waiting) = (sender.clone(), &next, &waiting);
             scope.spawn(move || work(study, waiting, next, options, &sender, interrupt));
         }
@@ -154,6 +173,23 @@ pub fn sweep(
     });
     summary.interrupted = interrupt.load(Ordering::Relaxed);
     Ok(summary)
+}
+
+/// So many cases at a time that even the largest of them fit into memory together: the wanted number, or fewer with the
+/// word about it. One that does not fit alone has been refused before.
+fn fewer(waiting: &[&ReadyCase], wanted: usize) -> Result<usize, (usize, Event)> {
+    let Some(available) = waiting.iter().filter_map(|ready| ready.scene.memory_limit()).min() else {
+        return Ok(wanted);
+    };
+    let mut largest: Vec<f64> = waiting.iter().map(|ready| ready.memory).collect();
+    largest.sort_by(|a, b| b.total_cmp(a));
+    let together = |jobs: usize| largest.iter().take(jobs).sum::<f64>();
+    let jobs = (1..=wanted).rev().find(|jobs| together(*jobs) <= available as f64).unwrap_or(1);
+    if jobs == wanted {
+        Ok(jobs)
+    } else {
+        Err((jobs, Event::Fewer { jobs, wanted, needed: together(wanted), available }))
+    }
 }
 
 /// Takes one case after the other.

@@ -214,11 +214,154 @@ def test_dt_is_free(solid):
             simulation.residual(y, dt)
 
 
-@pytest.mark.parametrize(("scheme", "words"), [("rk4", "explicit"), ("tr_bdf2", "several stages")])
-def test_schemes_without_one_residual(solid, scheme, words):
+# An end that moves as time goes on.
+MOVED = """
+[[boundary]]
+select.where = "X > 0.999"
+displacement = { x = "0.05*sin(10*t)" }
+"""
+
+STAGES = {"tr_bdf2": 2, "sdirk3": 3, "crank_nicolson": 1, "rk4": 0}
+
+
+@pytest.mark.parametrize("scheme", STAGES)
+def test_number_of_stages(solid, scheme):
     solid.set("time.scheme", scheme)
-    with pytest.raises(SceneError, match=words):
-        nicolson.Simulation(solid).residual(np.zeros(50), 0.01)
+    simulation = nicolson.Simulation(solid)
+    assert simulation.stages == STAGES[scheme]
+    y = np.zeros(50)
+    too_many = [y] * max(STAGES[scheme], 1)
+    words = "explicit" if scheme == "rk4" else f"has {STAGES[scheme]}: give the unknowns of at most {STAGES[scheme] - 1}"
+    for call in (
+        lambda: simulation.residual(y, 0.01, too_many),
+        lambda: simulation.unknowns(0.01, too_many),
+        lambda: simulation.end_state(y, 0.01, earlier=too_many),
+        lambda: simulation.tangent_csr(y, 0.01, earlier=too_many),
+    ):
+        with pytest.raises(SceneError, match=words):
+            call()
+    if STAGES[scheme] > 1:
+        with pytest.raises(SceneError, match="3 values for 50 unknowns"):
+            simulation.residual(y, 0.01, [np.zeros(3)])
+        with pytest.raises(nicolson.SimulationFailed):
+            simulation.residual(y, 0.01, [np.full(50, np.nan)])
+        # What failed is not taken for the problem that is posed.
+        assert np.isfinite(simulation.residual(y, 0.01)).all()
+
+
+@pytest.fixture(params=["tr_bdf2", "sdirk3"])
+def staged(request, solid):
+    """A simulation of a scheme of several stages, under way."""
+    solid.set("time.scheme", request.param)
+    simulation = nicolson.Simulation(solid)
+    simulation.step()
+    return simulation
+
+
+def newton(simulation, earlier, dt=None):
+    """The solution of a stage, by SciPy's factors of our tangent."""
+    linalg, sparse = pytest.importorskip("scipy.sparse.linalg"), pytest.importorskip("scipy.sparse")
+    y = simulation.unknowns(dt, earlier)
+    for _ in range(12):
+        tangent = sparse.csr_matrix(simulation.tangent_csr(y, dt, earlier))
+        y = y - linalg.spsolve(tangent.tocsc(), simulation.residual(y, dt, earlier))
+    return y
+
+
+@pytest.mark.parametrize("text", ["solid", "moved", "fluid", "cube"])
+@pytest.mark.parametrize("scheme", ["tr_bdf2", "sdirk3"])
+def test_stage_after_stage_is_the_step(solid, text, scheme):
+    scene = solid if text in ("solid", "moved") else Scene.from_text({"fluid": FLUID, "cube": CUBE}[text])
+    if text == "moved":
+        scene = Scene.from_text(scene.to_toml() + MOVED)
+    scene.update({"time.scheme": scheme, "newton.relative_tolerance": 1e-12})
+    simulation = nicolson.Simulation(scene)
+    for _ in range(3):
+        earlier = []
+        while len(earlier) < simulation.stages:
+            earlier.append(newton(simulation, earlier))
+        *earlier, last = earlier
+        found, start = simulation.end_state(last, earlier=earlier), simulation.state
+        simulation.step()
+        moved = np.abs(simulation.state - start).max()
+        assert moved > 1e-4
+        assert np.abs(found - simulation.state).max() < 1e-9 * moved
+
+
+def test_krylov_solver_finds_the_stages(staged):
+    """Without a matrix: SciPy's own method on the residual alone."""
+    optimize = pytest.importorskip("scipy.optimize")
+    earlier = []
+    for _ in range(staged.stages):
+        scale = staged.mass.max()
+        fun = lambda y: staged.residual(y, earlier=earlier) / scale  # noqa: B023, E731
+        earlier.append(optimize.newton_krylov(fun, staged.unknowns(earlier=earlier), f_tol=1e-12))
+    found, start = staged.end_state(earlier.pop(), earlier=earlier), staged.state
+    staged.step()
+    assert np.abs(found - staged.state).max() < 1e-9 * np.abs(staged.state - start).max()
+
+
+def test_tangent_of_every_stage_is_the_derivative(staged):
+    noise, earlier = np.random.default_rng(3), []
+    for stage in range(staged.stages):
+        y = staged.unknowns(earlier=earlier)
+        size = 0.02 * np.abs(y).max()
+        y, direction = y + size * noise.standard_normal(y.size), size * noise.standard_normal(y.size)
+        slope = staged.tangent_matvec(y, direction, earlier=earlier)
+        e = 1e-4
+        ends = [staged.residual(y + sign * e * direction, earlier=earlier) for sign in (1, -1)]
+        difference = (ends[0] - ends[1]) / (2 * e)
+        assert np.linalg.norm(difference - slope) < 1e-7 * np.linalg.norm(slope), stage
+        # The test can fail: another step has another tangent.
+        other = staged.tangent_matvec(y, direction, 0.011, earlier)
+        assert np.linalg.norm(difference - other) > 1e-4 * np.linalg.norm(slope)
+        # Any point will do for what comes after.
+        earlier.append(y)
+
+
+def test_stages_are_what_their_formula_says(staged):
+    """The residual from rates alone, at points that solve nothing."""
+    noise, n, dt, free = np.random.default_rng(5), 2 * staged.particles, 0.01, staged.free
+    if staged.stages == 2:
+        gamma = 2 - np.sqrt(2)
+        shift, nodes = gamma / 2, [gamma, 1]
+        weights = [[gamma / 2], [np.sqrt(2) / 4, np.sqrt(2) / 4]]
+        rates = [staged.rate()]
+    else:
+        g = 0.435866521508459
+        shift, nodes = g, [g, (1 + g) / 2, 1]
+        weights = [[], [(1 - g) / 2], [-1.5 * g * g + 4 * g - 0.25, 1.5 * g * g - 5 * g + 1.25]]
+        rates = []
+    state, s, earlier = staged.state, shift * dt, []
+    for node, row in zip(nodes, weights, strict=True):
+        y = staged.unknowns(dt, earlier)
+        y = y + 0.02 * np.abs(y).max() * noise.standard_normal(y.size)
+        base = state + dt * sum((w * rate for w, rate in zip(row, rates, strict=True)), np.zeros_like(state))
+        velocity = np.zeros_like(staged.velocity)
+        velocity[free] = y
+        at = base.copy()
+        at[n : 2 * n] = velocity.ravel()
+        at[:n] = np.where(free.ravel(), base[:n] + s * velocity.ravel(), state[:n])
+        reached = staged.end_state(y, dt, earlier)
+        assert np.abs(reached[: 2 * n] - at[: 2 * n]).max() < 1e-14
+        rate = staged.rate(at, staged.time + node * dt)
+        expected = staged.mass * (y - (base + s * rate)[n : 2 * n].reshape(-1, 2)[free])
+        residual = staged.residual(y, dt, earlier)
+        assert np.abs(residual - expected).max() < 1e-11 * np.abs(expected).max()
+        rates.append(rate)
+        earlier.append(y)
+
+
+def test_stages_leave_the_simulation_alone(solid):
+    solid.set("time.scheme", "sdirk3")
+    watched, alone = nicolson.Simulation(solid), nicolson.Simulation(solid)
+    while not watched.finished:
+        y = watched.unknowns(0.01)
+        watched.tangent_csr(y, 0.01, [y])
+        watched.end_state(y, 0.01, [y, y])
+        watched.step()
+        alone.step()
+    assert watched.state.tobytes() == alone.state.tobytes()
 
 
 def test_wrong_lengths_and_states(solid):

@@ -1,6 +1,6 @@
 //! One try of one step: what every scheme gets to work with.
 
-use super::{RatePart, RkcCoefficients, Scheme, StepCause, System, TimeState};
+use super::{DiagonalTableau, RatePart, RkcCoefficients, Scheme, StepCause, System, TimeState};
 use crate::EvaluationError;
 use crate::nonlinear::{NewtonFailure, NewtonReport, NewtonSolver};
 use crate::vector::first_not_finite;
@@ -87,8 +87,8 @@ impl Attempt<'_> {
             Scheme::BackwardEuler => self.theta(1.0),
             Scheme::CrankNicolson => self.theta(0.5),
             Scheme::Midpoint => self.midpoint(),
-            Scheme::TrBdf2 => self.tr_bdf2(),
-            Scheme::Sdirk3 => self.sdirk3(),
+            Scheme::TrBdf2 => self.diagonal(&DiagonalTableau::tr_bdf2()),
+            Scheme::Sdirk3 => self.diagonal(&DiagonalTableau::sdirk3()),
             Scheme::GeneralisedAlpha { spectral_radius } => self.generalised_alpha(spectral_radius),
             Scheme::EnergyMomentum => self.energy_momentum(),
             Scheme::Static => self.equilibrium(),

@@ -28,6 +28,7 @@ mod stepper;
 mod verlet;
 
 pub use control::{Adaptive, Effort, Retries, StepControl};
+pub use diagonal::DiagonalTableau;
 pub use report::{FailedTry, Rejections, Statistics, StepCause, StepFailure, StepReport, StepperError};
 pub use rkc::{
     DominantEigenvalue, RkcCoefficients, RkcOptions, RkcStages, rkc_growth, rkc_stability_limit, rkc_stages,

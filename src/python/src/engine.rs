@@ -1,13 +1,14 @@
 //! A simulation of any dimension behind one trait.
 
 use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use nicolson::model::Energies;
 use nicolson::scene::Scene;
 use nicolson::setup::Constraint;
-use nicolson::simulation::{Prepared, RunError, StepProblem, prepare};
+use nicolson::simulation::{Checkpoint, Prepared, RunError, StepProblem, prepare, resume};
 use nicolson_solvers::linear::{SparseMatrix, SparsePattern, Tangent};
 use nicolson_solvers::nonlinear::{IterationRecord, NewtonMonitor};
 use nicolson_solvers::time::{StepControl, StepReport, System, TimeState};
@@ -29,6 +30,8 @@ pub struct Fixed {
     pub particles: usize,
     pub end: f64,
     pub scheme: &'static str,
+    /// Nonlinear problems that a step solves one after the other.
+    pub stages: usize,
     pub explicit_step_limit: f64,
     pub warnings: Vec<String>,
     /// Flat, particle by particle.
@@ -37,6 +40,18 @@ pub struct Fixed {
     /// Whether a component of a velocity is free, flat.
     pub free: Vec<bool>,
 }
+
+/// Which nonlinear problem of the next step.
+#[derive(Default)]
+pub struct Which {
+    /// Length of the step, s; default: that which will be tried.
+    pub step: Option<f64>,
+    /// Unknowns that solve the stages before, in their order.
+    pub earlier: Vec<Vec<f64>>,
+}
+
+/// A checkpoint to go on from, and whether with another scene.
+pub type From<'a> = (&'a Checkpoint, bool);
 
 /// A simulation.
 pub trait Engine: Send {
@@ -48,54 +63,67 @@ pub trait Engine: Send {
     fn step(&mut self, target: f64) -> Result<StepReport, Trouble>;
     fn energies(&self) -> Energies;
     fn rate(&mut self, time: f64, state: &[f64]) -> Result<Vec<f64>, Trouble>;
-    /// Poses the next step and returns the start of Newton's method.
-    fn start(&mut self, step: Option<f64>) -> Result<Vec<f64>, Trouble>;
-    fn residual(&mut self, y: &[f64], step: Option<f64>) -> Result<Vec<f64>, Trouble>;
-    fn matvec(&mut self, y: &[f64], vector: &[f64], step: Option<f64>) -> Result<Vec<f64>, Trouble>;
+    /// Poses a problem of the next step and returns the start of Newton's method.
+    fn start(&mut self, at: &Which) -> Result<Vec<f64>, Trouble>;
+    fn residual(&mut self, y: &[f64], at: &Which) -> Result<Vec<f64>, Trouble>;
+    fn matvec(&mut self, y: &[f64], vector: &[f64], at: &Which) -> Result<Vec<f64>, Trouble>;
     /// The tangent, and the places of its entries.
-    fn matrix(&mut self, y: &[f64], step: Option<f64>) -> Result<(SparseMatrix, Arc<SparsePattern>), Trouble>;
-    fn finish(&mut self, y: &[f64], step: Option<f64>) -> Result<Vec<f64>, Trouble>;
+    fn matrix(&mut self, y: &[f64], at: &Which) -> Result<(SparseMatrix, Arc<SparsePattern>), Trouble>;
+    fn finish(&mut self, y: &[f64], at: &Which) -> Result<Vec<f64>, Trouble>;
     /// Mass of every unknown.
     fn mass(&mut self) -> Result<Vec<f64>, Trouble>;
+    /// Writes a checkpoint of the present state.
+    fn checkpoint(&mut self, path: &Path) -> Result<(), Trouble>;
 }
 
-/// Prepares a scene.
+/// Prepares a scene, at its beginning or where a checkpoint was written.
 ///
 /// # Errors
 /// If it is impossible.
-pub fn engine(scene: &Scene, stop: &Arc<AtomicBool>) -> Result<Box<dyn Engine>, Trouble> {
+pub fn engine(scene: Scene, from: Option<From<'_>>, stop: &Arc<AtomicBool>) -> Result<Box<dyn Engine>, Trouble> {
     Ok(match scene.dimension() {
-        1 => Box::new(Session::<1>::new(scene, stop)?),
-        2 => Box::new(Session::<2>::new(scene, stop)?),
-        _ => Box::new(Session::<3>::new(scene, stop)?),
+        1 => Box::new(Session::<1>::new(scene, from, stop)?),
+        2 => Box::new(Session::<2>::new(scene, from, stop)?),
+        _ => Box::new(Session::<3>::new(scene, from, stop)?),
     })
 }
 
 struct Session<const D: usize> {
+    scene: Scene,
     prepared: Prepared<D>,
     stop: Arc<AtomicBool>,
-    /// Time between two frames, s, on which steps land as those of a run do.
-    interval: Option<f64>,
+    /// Frames passed, that at the start included.
     frames: usize,
+    /// The checkpoint that this has gone on from; empty if from the beginning.
+    parent: PathBuf,
     problem: Option<StepProblem<D>>,
-    /// Step of the problem that is posed for the present state, s.
-    posed: Option<f64>,
+    /// Step of the problem that is posed for the present state, s, and solutions of the stages before.
+    posed: Option<(f64, Vec<Vec<f64>>)>,
     start: Vec<f64>,
     /// Where its derivatives were taken; empty if nowhere.
     linearised: Vec<f64>,
 }
 
 impl<const D: usize> Session<D> {
-    fn new(scene: &Scene, stop: &Arc<AtomicBool>) -> Result<Self, Trouble> {
-        let mut prepared = prepare::<D>(scene)?;
+    fn new(scene: Scene, from: Option<From<'_>>, stop: &Arc<AtomicBool>) -> Result<Self, Trouble> {
+        let (mut prepared, frames) = match from {
+            Some((checkpoint, forced)) => resume::<D>(&scene, checkpoint, forced)?,
+            None => {
+                let mut prepared = prepare::<D>(&scene)?;
+                // For checkpoints.
+                prepared.model.keep_linearisation_points();
+                (prepared, 1)
+            }
+        };
         if let Some(newton) = prepared.stepper.newton_mut() {
             newton.set_monitor(Some(Box::new(Watch(Arc::clone(stop)))));
         }
         Ok(Self {
+            scene,
             prepared,
             stop: Arc::clone(stop),
-            interval: scene.output.interval,
-            frames: 1,
+            frames,
+            parent: from.map(|(checkpoint, _)| checkpoint.path.clone()).unwrap_or_default(),
             problem: None,
             posed: None,
             start: Vec::new(),
@@ -103,8 +131,9 @@ impl<const D: usize> Session<D> {
         })
     }
 
+    /// Time of the next frame, s, on which steps land as those of a run do.
     fn next_frame(&self) -> f64 {
-        self.interval.map_or(f64::INFINITY, |interval| interval * self.frames as f64)
+        self.scene.output.interval.map_or(f64::INFINITY, |interval| interval * self.frames as f64)
     }
 
     /// Length that the next step will be tried with, s.
@@ -132,27 +161,28 @@ impl<const D: usize> Session<D> {
         self.problem.as_mut().ok_or_else(|| Trouble::Panic("no problem".into()))
     }
 
-    /// The problem of the next step.
-    fn pose(&mut self, step: Option<f64>) -> Result<&mut StepProblem<D>, Trouble> {
-        let step = match step {
+    /// A problem of the next step.
+    fn pose(&mut self, at: &Which) -> Result<&mut StepProblem<D>, Trouble> {
+        let step = match at.step {
             Some(step) => step,
             None => self.next_step()?,
         };
         self.problem()?;
-        let known = self.posed.is_some_and(|posed| posed.to_bits() == step.to_bits());
+        let same = |posed: &(f64, Vec<Vec<f64>>)| posed.0.to_bits() == step.to_bits() && posed.1 == at.earlier;
+        let known = self.posed.as_ref().is_some_and(same);
         let Self { problem, prepared, posed, start, linearised, .. } = self;
         let problem = problem.as_mut().ok_or_else(|| Trouble::Panic("no problem".into()))?;
         if !known {
             *posed = None;
             linearised.clear();
-            *start = problem.pose(&prepared.state, step)?;
-            *posed = Some(step);
+            *start = problem.pose_after(&prepared.state, step, &at.earlier)?;
+            *posed = Some((step, at.earlier.clone()));
         }
         Ok(problem)
     }
 
-    fn linearise(&mut self, y: &[f64], step: Option<f64>) -> Result<&mut StepProblem<D>, Trouble> {
-        self.pose(step)?;
+    fn linearise(&mut self, y: &[f64], at: &Which) -> Result<&mut StepProblem<D>, Trouble> {
+        self.pose(at)?;
         let Self { problem, linearised, .. } = self;
         let problem = problem.as_mut().ok_or_else(|| Trouble::Panic("no problem".into()))?;
         if linearised != y || y.is_empty() {
@@ -173,6 +203,7 @@ impl<const D: usize> Engine for Session<D> {
             particles: model.particles(),
             end: *end,
             scheme: stepper.scheme().name(),
+            stages: stepper.scheme().implicit_stages(),
             explicit_step_limit: *explicit_step_limit,
             warnings: warnings.clone(),
             reference_positions: setup.particles.positions.iter().flat_map(|x| x.iter().copied()).collect(),
@@ -223,37 +254,43 @@ impl<const D: usize> Engine for Session<D> {
         Ok(rate)
     }
 
-    fn start(&mut self, step: Option<f64>) -> Result<Vec<f64>, Trouble> {
-        self.pose(step)?;
+    fn start(&mut self, at: &Which) -> Result<Vec<f64>, Trouble> {
+        self.pose(at)?;
         Ok(self.start.clone())
     }
 
-    fn residual(&mut self, y: &[f64], step: Option<f64>) -> Result<Vec<f64>, Trouble> {
-        let problem = self.pose(step)?;
+    fn residual(&mut self, y: &[f64], at: &Which) -> Result<Vec<f64>, Trouble> {
+        let problem = self.pose(at)?;
         let mut out = vec![0.0; problem.unknowns()];
         problem.residual(y, &mut out)?;
         Ok(out)
     }
 
-    fn matvec(&mut self, y: &[f64], vector: &[f64], step: Option<f64>) -> Result<Vec<f64>, Trouble> {
-        let problem = self.linearise(y, step)?;
+    fn matvec(&mut self, y: &[f64], vector: &[f64], at: &Which) -> Result<Vec<f64>, Trouble> {
+        let problem = self.linearise(y, at)?;
         let mut out = vec![0.0; problem.unknowns()];
         problem.apply(vector, &mut out)?;
         Ok(out)
     }
 
-    fn matrix(&mut self, y: &[f64], step: Option<f64>) -> Result<(SparseMatrix, Arc<SparsePattern>), Trouble> {
-        let problem = self.linearise(y, step)?;
+    fn matrix(&mut self, y: &[f64], at: &Which) -> Result<(SparseMatrix, Arc<SparsePattern>), Trouble> {
+        let problem = self.linearise(y, at)?;
         let pattern =
             problem.model().pattern().ok_or_else(|| Trouble::Argument("the tangent has no entries".into()))?;
         Ok((problem.matrix(), Arc::clone(pattern)))
     }
 
-    fn finish(&mut self, y: &[f64], step: Option<f64>) -> Result<Vec<f64>, Trouble> {
-        Ok(self.pose(step)?.finish(y)?)
+    fn finish(&mut self, y: &[f64], at: &Which) -> Result<Vec<f64>, Trouble> {
+        Ok(self.pose(at)?.finish(y)?)
     }
 
     fn mass(&mut self) -> Result<Vec<f64>, Trouble> {
         Ok(self.problem()?.mass())
+    }
+
+    fn checkpoint(&mut self, path: &Path) -> Result<(), Trouble> {
+        let Self { scene, prepared, frames, parent, .. } = self;
+        let checkpoint = Checkpoint::of(scene, prepared, *frames, "nicolson.Simulation.checkpoint", parent);
+        Ok(checkpoint.write_to(path).map_err(RunError::Output)?)
     }
 }

@@ -3,7 +3,7 @@
 //! | file | purpose |
 //! |---|---|
 //! | `scene` | scenes: read, change, write |
-//! | `run` | a whole run, with a callback |
+//! | `run` | a whole run, from the beginning or a checkpoint, with a callback |
 //! | `simulation` | a simulation step by step, its state and its nonlinear problem |
 //! | `shared` | the lock around it, and the loan of its state to NumPy |
 //! | `engine` | the same for every dimension behind one trait |
@@ -31,7 +31,7 @@ mod _nicolson {
     #[pymodule_export]
     use super::errors::{SceneError, SimulationFailed};
     #[pymodule_export]
-    use super::run::{RunResult, run};
+    use super::run::{RunResult, restart, run};
     #[pymodule_export]
     use super::scene::Scene;
     #[pymodule_export]

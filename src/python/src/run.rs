@@ -1,17 +1,21 @@
-//! A whole run.
+//! A whole run, from the beginning or from a checkpoint.
 
-use std::path::PathBuf;
+use std::ffi::CString;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use nicolson::output::Status;
-use nicolson::simulation::{self, Monitor, Outcome, Progress, Rows, RunOptions};
+use nicolson::scene::Scene as Inner;
+use nicolson::simulation::{self, Checkpoint, Monitor, Outcome, Progress, Rows, RunError, RunOptions};
 use numpy::{IntoPyArray, PyArray1};
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{lend, view};
-use crate::errors::failed;
-use crate::scene::Scene;
+use crate::engine::From;
+use crate::errors::{Trouble, failed};
+use crate::scene::{Scene, limited, must_exist, overrides_of};
 use crate::work::{self, Caller, Ended};
 
 /// What a callback hears of a step.
@@ -135,23 +139,99 @@ fn result(py: Python<'_>, outcome: Outcome, dimension: usize, out: Option<PathBu
 ///
 /// `out`: directory for results; None writes nothing. `callback`: called after every step, in the calling thread, with a
 /// dict (time, end, step, newton_iterations, rejected, explicit_step_limit); if it returns something true the run ends
-/// there, as it does if it raises. `threads`: default all cores; results do not depend on it.
+/// there, as it does if it raises. `threads`: default all cores; results do not depend on it. A scene that needs more
+/// memory than there is (in the machine, the control group, the address space) is refused before anything is built, unless
+/// `ignore_memory`.
 ///
 /// Raises SceneError, SimulationFailed (with what there is in `result`), OSError if the disk refuses, and
 /// KeyboardInterrupt after the present step, with what there is in `result` and on disk.
 #[pyfunction]
-#[pyo3(signature = (scene, out = None, callback = None, threads = None))]
+#[pyo3(signature = (scene, out = None, callback = None, threads = None, *, ignore_memory = false))]
 pub fn run(
     py: Python<'_>,
     scene: &Scene,
     out: Option<PathBuf>,
     callback: Option<Py<PyAny>>,
     threads: Option<usize>,
+    ignore_memory: bool,
 ) -> PyResult<RunResult> {
+    let how = How { command: "nicolson.run", out, callback, threads };
+    carry_out(py, &limited(scene.inner.clone(), ignore_memory), None, how)
+}
+
+/// Goes on from a checkpoint to the end: what `nicolson restart` does, to the last bit.
+///
+/// `path`: a checkpoint, or a directory of results, whose newest checkpoint that can be read is taken. `out`: directory for
+/// results; None writes nothing, and the directory of the checkpoint itself cuts its files back to the checkpoint and
+/// continues them. Without it the columns of the result begin after the checkpoint.
+///
+/// The scene is that of the checkpoint, or `scene`, with `changes` (a dict, as for `Scene.update`). One that differs is
+/// refused with the keys that do, unless `force`: then the state goes on, and scheme and solvers begin anew. The keys
+/// `time.end`, `output` and `checkpoint` may change. The rest as for `run`; also raises FileNotFoundError.
+#[pyfunction]
+#[pyo3(signature = (
+    path, out = None, callback = None, threads = None, *, scene = None, changes = None, force = false,
+    ignore_memory = false
+))]
+#[allow(clippy::too_many_arguments, reason = "keywords of Python")]
+pub fn restart(
+    py: Python<'_>,
+    path: PathBuf,
+    out: Option<PathBuf>,
+    callback: Option<Py<PyAny>>,
+    threads: Option<usize>,
+    scene: Option<&Scene>,
+    changes: Option<&Bound<'_, PyDict>>,
+    force: bool,
+    ignore_memory: bool,
+) -> PyResult<RunResult> {
+    let (checkpoint, scene) = find(py, &path, scene, changes)?;
+    let how = How { command: "nicolson.restart", out, callback, threads };
+    carry_out(py, &limited(scene, ignore_memory), Some((&checkpoint, force)), how)
+}
+
+/// A checkpoint, and the scene to go on with.
+pub fn find(
+    py: Python<'_>,
+    path: &Path,
+    scene: Option<&Scene>,
+    changes: Option<&Bound<'_, PyDict>>,
+) -> PyResult<(Checkpoint, Inner)> {
+    must_exist(py, path)?;
+    let found = py.detach(|| Checkpoint::find(path));
+    let (checkpoint, passed) = found.map_err(|error| {
+        let error = if error.is_input() { RunError::Choice(error.to_string()) } else { RunError::Output(error) };
+        Trouble::Run(error).raise(py)
+    })?;
+    for error in passed {
+        let text = CString::new(format!("passed over {error}").replace('\0', " ")).unwrap_or_default();
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+    }
+    let changes = overrides_of(changes)?;
+    let scene = match scene {
+        Some(scene) if changes.is_empty() => Ok(scene.inner.clone()),
+        Some(scene) => scene.parse(&changes),
+        None => checkpoint.scene(&changes),
+    };
+    let scene = scene.map_err(|errors| Trouble::from(errors).raise(py))?;
+    Ok((checkpoint, scene))
+}
+
+/// How a run is carried out.
+struct How {
+    command: &'static str,
+    out: Option<PathBuf>,
+    callback: Option<Py<PyAny>>,
+    threads: Option<usize>,
+}
+
+/// Runs a scene, from the beginning or from a checkpoint.
+fn carry_out(py: Python<'_>, scene: &Inner, from: Option<From<'_>>, how: How) -> PyResult<RunResult> {
+    let How { command, out, callback, threads } = how;
     let pool = work::pool(threads).map_err(|trouble| trouble.raise(py))?;
     let options =
-        RunOptions { directory: out.clone(), command: "nicolson.run".into(), keep_rows: true, ..RunOptions::default() };
-    let (inner, stop) = (&scene.inner, AtomicBool::new(false));
+        RunOptions { directory: out.clone(), command: command.into(), keep_rows: true, ..RunOptions::default() };
+    let stop = AtomicBool::new(false);
     let listens = callback.is_some();
     let tell = |py: Python<'_>, heard: Heard| -> PyResult<bool> {
         let Some(callback) = &callback else { return Ok(false) };
@@ -166,7 +246,10 @@ pub fn run(
     };
     let Ended { outcome, raised } = work::long(py, pool.as_ref(), &stop, tell, |caller| {
         let mut relay = Relay(listens.then_some(caller));
-        Ok(simulation::run(inner, &options, &mut relay, &stop)?)
+        Ok(match from {
+            None => simulation::run(scene, &options, &mut relay, &stop)?,
+            Some((from, forced)) => simulation::restart(scene, from, forced, &options, &mut relay, &stop)?,
+        })
     });
     let outcome = match (outcome, &raised) {
         (Ok(outcome), _) => outcome,
@@ -175,7 +258,7 @@ pub fn run(
     };
     let (status, time) = (outcome.report.status, outcome.report.time_reached);
     let message = outcome.report.message.clone().unwrap_or_default();
-    let result = result(py, outcome, inner.dimension(), out)?;
+    let result = result(py, outcome, scene.dimension(), out)?;
     if let Some(error) = raised {
         // An exception that takes no attributes goes without.
         let _ = error.value(py).setattr("result", Py::new(py, result)?);

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use nicolson::machine::available_memory;
 use nicolson::scene::{Scene as Inner, SceneErrors};
 use nicolson::simulation::{Forecast, prepare};
 use pyo3::prelude::*;
@@ -23,15 +24,13 @@ pub struct Scene {
 }
 
 impl Scene {
-    fn parse(&self, overrides: &[(String, String)]) -> Result<Inner, SceneErrors> {
+    /// The scene with overrides.
+    pub fn parse(&self, overrides: &[(String, String)]) -> Result<Inner, SceneErrors> {
         Inner::parse(self.inner.text(), &self.name, &self.base, overrides)
     }
 
     fn change(&mut self, py: Python<'_>, changes: Vec<(String, Bound<'_, PyAny>)>) -> PyResult<()> {
-        let mut overrides = Vec::with_capacity(changes.len());
-        for (key, object) in changes {
-            overrides.push((key, value(&object)?.to_string()));
-        }
+        let overrides = overrides(changes)?;
         // The scene stays as it was if the change does not fit.
         match self.parse(&overrides) {
             Ok(inner) => {
@@ -48,12 +47,7 @@ impl Scene {
     /// Reads a scene file. Files that the scene names are sought beside it.
     #[staticmethod]
     fn from_toml(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        // Python's own error for a file that is not there.
-        std::fs::metadata(&path).map_err(|error| {
-            let raised = PyErr::from(error);
-            let _ = raised.value(py).setattr("filename", path.as_os_str());
-            raised
-        })?;
+        must_exist(py, &path)?;
         match py.detach(|| Inner::read(&path, &[])) {
             Ok(inner) => {
                 let base = path.parent().unwrap_or(Path::new("")).to_owned();
@@ -81,8 +75,7 @@ impl Scene {
 
     /// Changes several keys at once; none of them if they do not fit together.
     fn update(&mut self, changes: &Bound<'_, PyDict>) -> PyResult<()> {
-        let list: PyResult<Vec<_>> = changes.iter().map(|(key, value)| Ok((key.extract()?, value))).collect();
-        self.change(changes.py(), list?)
+        self.change(changes.py(), entries(changes)?)
     }
 
     /// The text of the scene with all changes in it; reading it again gives the same scene.
@@ -95,9 +88,11 @@ impl Scene {
         Self { inner: self.inner.clone(), name: self.name.clone(), base: self.base.clone() }
     }
 
-    /// What a run will need: particles, unknowns, entries of the tangent, memory in bytes, steps and more.
-    fn forecast<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let scene = &self.inner;
+    /// What a run will need: particles, unknowns, entries of the tangent, memory in bytes, steps and more. Builds the tables
+    /// of a run; `ignore_memory` as for `run`.
+    #[pyo3(signature = (*, ignore_memory = false))]
+    fn forecast<'py>(&self, py: Python<'py>, ignore_memory: bool) -> PyResult<Bound<'py, PyDict>> {
+        let scene = &limited(self.inner.clone(), ignore_memory);
         let forecast = work::short(py, None, || match scene.dimension() {
             1 => forecast::<1>(scene),
             2 => forecast::<2>(scene),
@@ -145,6 +140,35 @@ impl Scene {
     fn __repr__(&self) -> String {
         format!("<nicolson.Scene {:?}, {} dimension(s)>", self.inner.title, self.inner.dimension())
     }
+}
+
+/// A scene that is refused where it needs more memory than there is, unless that is to be ignored.
+pub fn limited(mut scene: Inner, ignore_memory: bool) -> Inner {
+    scene.limit_memory(if ignore_memory { None } else { available_memory() });
+    scene
+}
+
+/// Python's own error for a file that is not there.
+pub fn must_exist(py: Python<'_>, path: &Path) -> PyResult<()> {
+    std::fs::metadata(path).map(drop).map_err(|error| {
+        let raised = PyErr::from(error);
+        let _ = raised.value(py).setattr("filename", path.as_os_str());
+        raised
+    })
+}
+
+/// Keys and values of a dict.
+fn entries<'py>(changes: &Bound<'py, PyDict>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+    changes.iter().map(|(key, value)| Ok((key.extract()?, value))).collect()
+}
+
+fn overrides(changes: Vec<(String, Bound<'_, PyAny>)>) -> PyResult<Vec<(String, String)>> {
+    changes.into_iter().map(|(key, object)| Ok((key, value(&object)?.to_string()))).collect()
+}
+
+/// Overrides from a dict of changes, if there is one.
+pub fn overrides_of(changes: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(String, String)>> {
+    overrides(changes.map(entries).transpose()?.unwrap_or_default())
 }
 
 fn forecast<const D: usize>(scene: &Inner) -> Result<Forecast, Trouble> {
