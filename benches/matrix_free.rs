@@ -213,7 +213,6 @@ fn solvers() -> Vec<(&'static str, LinearSolverChoice)> {
     let grid = |spacing, smoothing| {
         cg(Preconditioner::Multigrid(MultigridOptions { spacing, smoothing, ..Default::default() }))
     };
-    let small = cg(Preconditioner::Multigrid(MultigridOptions { coarsest: 1000, ..Default::default() }));
     let near = LinearSolverChoice::Gmres {
         restart: 50,
         krylov: KrylovOptions {
@@ -227,7 +226,6 @@ fn solvers() -> Vec<(&'static str, LinearSolverChoice)> {
         ("jacobi", cg(Preconditioner::BlockJacobi)),
         ("near", near),
         ("mg 4,0", grid(4.0, 0)),
-        ("mg 4,0 1k", small),
         ("mg 4,1", grid(4.0, 1)),
         ("mg 4,2", grid(4.0, 2)),
         ("mg 4,3", grid(4.0, 3)),

@@ -360,7 +360,9 @@ impl<const D: usize> First<'_, D> {
         }
         let mut sound = true;
         for (at, a) in block.clone().enumerate() {
-            let Some((stress, rate)) = self.law(a, by_displacement.map(|c| c[at]), by_velocity.map(|c| c[at])) else {
+            // Not `map`, which would move the whole block.
+            let own = |columns: &Columns<D>| std::array::from_fn(|d| columns[d][at]);
+            let Some((stress, rate)) = self.law(a, own(&by_displacement), own(&by_velocity)) else {
                 sound = false;
                 break;
             };

@@ -54,7 +54,7 @@ pub struct MultigridOptions {
 
 impl Default for MultigridOptions {
     fn default() -> Self {
-        Self { spacing: 4.0, smoothing: 0, coarsest: 3000 }
+        Self { spacing: 4.0, smoothing: 0, coarsest: 1000 }
     }
 }
 
