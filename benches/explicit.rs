@@ -92,9 +92,10 @@ enum Kind {
 /// The rows of particles outside runs are taken as of mean length.
 fn compulsory<const D: usize>(model: &Model<D>) -> f64 {
     let rows = model.gradient().neighbourhood.len() as f64;
-    // u, v, J in; stress out and in; volume and mass; rates of all three out.
-    let fields = 8 * ((2 * D + 1) + 2 * D * D + 2 + (2 * D + 1));
     let [own, _] = model.gradient().in_runs();
+    // u, v, J in; stress out and in, where there are two sweeps; volume and mass; rates of all three out.
+    let stress = if own > 0 { 2 * D * D } else { 0 };
+    let fields = 8 * ((2 * D + 1) + stress + 2 + (2 * D + 1));
     let listed = 1.0 - own as f64 / rows;
     rows * fields as f64 + listed * (model.gradient().neighbourhood.pairs() * (4 + 8 * D)) as f64 + listed * 4.0 * rows
 }

@@ -26,13 +26,21 @@
 //! | 97 336 | 3/11 (6, 17) | 8/29 (13, 44) | 13/41 (20, 62) | 16/45 (24, 72) | 18/46 (29, 73) | 40 to 50 |
 //!
 //! `growth` prints how iterations and costs grow from the first size to the others (default 10⁴, 10⁵, 10⁶). Measured with
-//! `mg 4,0` to 1e-8, processor time of a busy machine, quick build: 10 648 and 97 336 particles: action 2.0 and 1.7 rates, set-up
-//! 68 and 56; 40 and 41 iterations at 20 critical steps in 93 and 87 rates. An iteration costs 1.2 actions, the set-up some 35:
-//! `linear.solver = "auto"` counts with these. (10⁶ was not run.)
+//! `mg 4,0` to 1e-8, processor time of a busy machine:
 //!
-//! Memory at h = 1.2 Δx, bytes a particle (`costs`): 97 336 particles, every row of weights stored: 2907 for explicit steps,
-//! 3696 with block Jacobi, 4108 with multigrid; 46 656 particles, rows that repeat stored once: 1794, 2840 and 4103, of which the
-//! factor of the coarsest lattice takes 60 MB at any size. Perturbed lattices repeat nothing, and keep the former.
+//! | particles | rate, ns a particle | action, rates | set-up | 20 critical steps: iterations, rates | 1000 | peak, B a particle |
+//! |---|---|---|---|---|---|---|
+//! | 10 648 | 1270 | 0.8 | 29 | 40, 24 | 45, 27 | 5900 |
+//! | 97 336 | 730 | 0.9 | 54 | 41, 49 | 46, 56 | 3330 |
+//! | 1 000 000 | 970 | 0.8 | 48 | 39, 44 | 46, 52 | 3010 |
+//!
+//! From the first to the last: iterations × 0.97 and × 1.02, time of a solve n^1.07 and n^1.09, action n^0.94. An iteration
+//! costs 1.2 actions, the set-up some 35 to 50: `linear.solver = "auto"` counts with these.
+//!
+//! Memory, largest resident (`costs`, one size a process), bytes a particle with multigrid, set-up included: 97 336 particles,
+//! h = 1.2 Δx: 3326, of which explicit steps need 1680; h = 1.1 Δx: 2900; h = Δx: 2840. Rows of weights that repeat are stored
+//! once; perturbed lattices repeat nothing, and take some 1400 more. (With 3000 unknowns on the coarsest lattice; 1000 take
+//! less, at the same iterations.)
 //!
 //! An iteration of CG costs half a rate, so the additive form, which needs no product of its own, wins although it takes
 //! twice the iterations; it is the default. (Rates measured on a machine at ten times its load: ± 30 %.)
