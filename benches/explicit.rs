@@ -6,21 +6,25 @@
 //! particle. Rows that a lattice repeats are no bytes: only the others are counted. All figures are the smallest of
 //! several; shares of bandwidth mean something only while nothing else uses the memory.
 //!
-//! Measured (two quiet cores, AVX2; triad 36 GB/s with one thread, 50 with two; one thread, ns per particle and rate):
+//! Measured (AVX2, one thread on one of two cores, the other busy; triad 29 to 36 GB/s; ns per particle and rate):
 //!
 //! | | neighbours | 10³ | 10⁴ | 10⁵ | 10⁶ | share of the triad at 10⁶ | set-up in steps at 10⁶ |
 //! |---|---|---|---|---|---|---|---|
-//! | 2D lattice, linear law | 21 | 40 | 37 | 40 | 41 | 11 % of 162 B | 13 |
-//! | 2D lattice, hyperelastic | 21 | 39 | 37 | 42 | 40 | 11 % of 162 B | 7 |
-//! | 3D lattice, linear law | 57 | 189 | 716 | 312 | 222 | 4 % of 335 B | 20 |
-//! | 2D perturbed | 21 | 73 | 80 | 221 | 228 | 7 % of 580 B | 4 |
-//! | 3D perturbed | 57 | 205 | 829 | 1150 | 1210 | 5 % of 1990 B | 6 |
+//! | 2D lattice, linear law | 21 | 35 | 26 | 26 | 28 | 16 to 20 % of 162 B | 18 |
+//! | 2D lattice, hyperelastic | 21 | 38 | 28 | 27 | 28 | 16 to 20 % of 162 B | 12 |
+//! | 3D lattice, linear law | 57 | 183 | 175 | 177 | 136 | 7 to 9 % of 335 B | 22 |
+//! | 2D perturbed | 21 | 63 | 61 | 64 | 63 | 26 to 32 % of 580 B | 11 |
+//! | 3D perturbed | 57 | 199 | 251 | 271 | 300 | 18 to 23 % of 1990 B | 23 |
 //!
-//! Growth from 10³ to 10⁶: n^1.00 and n^1.02 on lattices, n^1.17 and n^1.26 on perturbed ones, whose tables outgrow the
-//! cache. Two threads at 10⁶: 1.9 times in 2D, 1.8 in 3D. Sharing rows took away most of the bytes (from 580 and 1990), so
-//! that a rate is bound by arithmetic and gathers; of the bytes of separate rows it would move 40 % and 25 % of the triad. In
-//! 3D short lattices (10⁴: 22 across) have runs too short to share: rows along the longest direction would be longer. The
-//! sweeps of `model::evaluation`, which store all of a `Point`, took 590 (2D) and 1540 ns (3D) at 10³ without LTO.
+//! Growth from 10³ to 10⁶: n^0.97 and n^0.96 on lattices, n^1.00 and n^1.06 on perturbed ones. Two threads at 10⁶ (both cores
+//! quiet): 1.9 times in 2D, 1.8 in 3D. Sharing rows took away most of the bytes (from 580 and 1990), so that a rate is bound by
+//! arithmetic: 57 neighbours cost 2050 multiplications and additions, 15 a nanosecond, half of what the vector units can do
+//! without fused multiply-add, which would round differently from machine to machine. Half of the triad would be 20 ns.
+//! The sweeps of `model::evaluation`, which store all of a `Point`, took 590 (2D) and 1540 ns (3D) at 10³ without LTO.
+//!
+//! Perturbed lattices took 250 and 1400 ns at 10⁶, n^1.17 and n^1.27, while forces were gathered: `g_ba` lies in the row of
+//! another particle, so that the table came from memory many times over, a piece at a time. Adding `T_b g_ba` to the neighbours
+//! of b instead, while its row is in the cache (`model::one_sweep`), is worth 4.0 and 4.7 times.
 //!
 //! Tried and lost: numbering perturbed lattices along a Z curve instead of line by line (processor time on a busy machine, quick
 //! build: 2D, 10⁵: 240 ns before, 275 after; 3D, 10⁴ and 10⁵: 870 and 1046 before, 663 and 1027 after): lines are near enough
