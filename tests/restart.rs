@@ -63,13 +63,16 @@ fn linear_solvers_with_fresh_and_old_tangents() {
     }
 }
 
-/// Every scheme with every policy and every solver; minutes.
+/// Every scheme with every policy and every solver; half a minute.
 #[test]
-#[ignore = "takes minutes: cargo test --release --test restart -- --ignored"]
 fn the_whole_matrix() {
     for scheme in IMPLICIT.into_iter().chain(["static"]) {
         for policy in POLICIES {
             for solver in SOLVERS {
+                // Its tangent is not symmetric, which these refuse.
+                if scheme == "energy_momentum" && matches!(solver.0, "ldlt" | "cholesky" | "cg" | "minres") {
+                    continue;
+                }
                 check(&Case::solid(scheme).newton("tangent", policy).solver(solver));
             }
         }
