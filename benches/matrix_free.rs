@@ -38,9 +38,8 @@
 //! costs 1.2 actions, the set-up some 35 to 50: `linear.solver = "auto"` counts with these.
 //!
 //! Memory, largest resident (`costs`, one size a process), bytes a particle with multigrid, set-up included: 97 336 particles,
-//! h = 1.2 Δx: 3326, of which explicit steps need 1680; h = 1.1 Δx: 2900; h = Δx: 2840. Rows of weights that repeat are stored
-//! once; perturbed lattices repeat nothing, and take some 1400 more. (With 3000 unknowns on the coarsest lattice; 1000 take
-//! less, at the same iterations.)
+//! h = 1.2 Δx: 3303, of which explicit steps need 1680; h = Δx: 2707, and 1198. Rows of weights that repeat are stored once;
+//! perturbed lattices repeat nothing, and take some 1400 more.
 //!
 //! An iteration of CG costs half a rate, so the additive form, which needs no product of its own, wins although it takes
 //! twice the iterations; it is the default. (Rates measured on a machine at ten times its load: ± 30 %.)
